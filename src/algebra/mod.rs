@@ -19,7 +19,6 @@ mod function;
 mod homogeneity;
 mod language;
 mod parse;
-mod print;
 mod tape;
 mod terms;
 

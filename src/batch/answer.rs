@@ -3,20 +3,39 @@
 use super::row::{Remarks, Solved, Verdict};
 use super::{Device, Row};
 use crate::algebra::{Scratch, Tape};
-use crate::campaign::{Campaign, Known, Limited, Role};
-use crate::design::{self, Model};
+use crate::campaign::{Campaign, Kind, Known, Limited, Readings};
+use crate::design::{self, DesignMatrix, Model};
 use crate::elements::{Elements, Parts};
+use crate::error::Result;
 use crate::estimate::Unknowns;
-use crate::fit::{self, Settings, resolution};
+use crate::fit::{self, Settings};
 use crate::quality;
 use crate::uncertainty::{Combined, effective_dof, quantiles};
 use faer::Mat;
 
+/// What devices are asked: their campaign without readings, and the point at which its lines begin.
+#[derive(Debug, Clone)]
+pub(super) struct Asked {
+    pub campaign: Campaign,
+    pub settings: Settings,
+    pub derived: Vec<Tape>,
+    pub reference: Vec<f64>,
+}
+
+impl Asked {
+    /// Errors: a derived line of a name that is no parameter.
+    pub(super) fn new(campaign: &Campaign, settings: &Settings) -> Result<Self> {
+        let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
+        let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_>>()?;
+        let readings = Readings { columns: campaign.readings.columns.clone(), rows: Vec::new() };
+        let reference = campaign.reference_point();
+        Ok(Asked { campaign: campaign.with_readings(readings), settings: *settings, derived, reference })
+    }
+}
+
 /// The question, and what the rows of a system say of it.
 pub(super) struct Question<'a> {
-    pub campaign: &'a Campaign,
-    pub settings: &'a Settings,
-    pub derived: &'a [Tape],
+    pub asked: &'a Asked,
     /// The point of linearisation.
     pub reference: &'a [f64],
     /// Known inputs that have an uncertainty.
@@ -73,7 +92,7 @@ pub struct Coverage {
 impl Question<'_> {
     /// The row of a device.
     pub(super) fn row(&self, found: Answer<'_>, memory: &mut Coverage) -> Row {
-        let Question { campaign, settings, .. } = self;
+        let Asked { campaign, settings, derived, .. } = self.asked;
         let Answer { dx, cofactor, share, variance, squares, tested, .. } = found;
         let (dof, level) = (self.dof, settings.level);
         let mut point = std::mem::take(&mut memory.point);
@@ -82,7 +101,7 @@ impl Question<'_> {
         point.iter_mut().zip(dx).for_each(|(x, dx)| *x += dx);
         let known: Vec<Vec<f64>> = self.known.iter().map(|input| input.sensitivity(dx)).collect();
         let n = dx.len();
-        let count = n + self.derived.len();
+        let count = n + derived.len();
         let [mut value, mut u, mut expanded, mut type_a] = [(); 4].map(|()| Vec::with_capacity(count));
         let mut results: Vec<Option<Combined>> = Vec::with_capacity(if campaign.limits.is_empty() { 0 } else { count });
         let mut say = |found: Option<f64>, result: Option<Combined>| {
@@ -104,7 +123,7 @@ impl Question<'_> {
         }
         let mut gradient = std::mem::take(&mut memory.gradient);
         gradient.resize(point.len(), 0.0);
-        for tape in self.derived {
+        for tape in derived {
             let value = tape.gradient(&point, &mut memory.scratch, &mut gradient);
             let determined = found.unknowns.is_none_or(|unknowns| determines(unknowns, &gradient));
             if !(determined && value.is_finite() && gradient.iter().all(|c| c.is_finite())) {
@@ -189,14 +208,10 @@ impl Question<'_> {
         }
     }
 
-    /// Variance of unit weight from the sum of squares; `least` is its square root's least size for a scale that would be this.
-    pub(super) fn variance(&self, squares: f64, least: impl FnOnce(f64) -> f64) -> Option<f64> {
+    /// Variance of unit weight from the sum of squares; `least` is the scale that rounding alone would have.
+    pub(super) fn variance(&self, squares: f64, least: impl FnOnce() -> f64) -> Option<f64> {
         match self.scaled {
-            true if self.dof > 0 => {
-                let variance = squares / self.dof as f64;
-                Some(variance.max(least(variance)))
-            }
-            true => None,
+            true => (self.dof > 0).then(|| (squares / self.dof as f64).max(least().powi(2))),
             false => Some(1.0),
         }
     }
@@ -230,7 +245,7 @@ impl Question<'_> {
         let coverage_factor = match memory.factors.iter().find(|(known, _)| *known == bits) {
             Some((_, factor)) => *factor,
             None => {
-                let factor = quantiles::coverage_factor(self.settings.level, dof);
+                let factor = quantiles::coverage_factor(self.asked.settings.level, dof);
                 if memory.factors.len() < 8 {
                     memory.factors.push((bits, factor));
                 }
@@ -246,30 +261,6 @@ impl Question<'_> {
             expanded: coverage_factor * u,
         })
     }
-}
-
-/// The square of the scale that the rounding of the readings alone would have, where that can matter: for a variance of unit weight, the largest
-/// reading in units of its relative uncertainty, and the largest of these.
-pub(super) fn least_variance<I: Iterator<Item = f64>>(
-    values: impl Fn() -> I,
-    (variance, weighed, largest_u): (f64, f64, f64),
-) -> f64 {
-    let arithmetic = (2.0 * f64::EPSILON * weighed).powi(2);
-    // a last place this coarse would matter; all readings are whole numbers of it, or it is none
-    let coarse = variance.sqrt() * 12f64.sqrt() * largest_u;
-    // a decimal has no finer place than the twelfth
-    let places = coarse.log10().ceil().max(-12.0);
-    let unit = if places <= 0.0 { 10f64.powf(-places) } else { 0.0 };
-    let whole = |y: f64| {
-        let count = y * unit;
-        (count - count.round()).abs() <= 1e-6 * count.abs().max(1.0)
-    };
-    if !(coarse > 0.0) || (unit > 0.0 && values().all(whole)) {
-        // numbers of full precision have no step
-        let step = resolution(values()).unwrap_or(0.0);
-        return arithmetic.max((step / 12f64.sqrt() / largest_u).powi(2));
-    }
-    arithmetic
 }
 
 /// Do the rows determine a quantity with this gradient?
@@ -306,6 +297,53 @@ impl Input {
     }
 }
 
+/// A column that is carried along for the budget of a known input with an uncertainty: `df/dp`, or how much that changes with an unknown.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Carried {
+    pub parameter: usize,
+    pub known: Known,
+    pub by: Option<usize>,
+}
+
+impl Carried {
+    /// Those of a campaign: `df/dp` of each input, and behind it its derivatives by the unknowns that it depends on.
+    pub(super) fn of(campaign: &Campaign) -> Vec<Carried> {
+        let mut list = Vec::new();
+        for (parameter, known) in campaign.uncertain() {
+            let Some(input) = campaign.parameters.get(parameter) else { continue };
+            list.push(Carried { parameter, known, by: None });
+            for (j, unknown) in campaign.estimated().iter().enumerate() {
+                let both = [input.id.as_str(), unknown.id.as_str()];
+                let apart = input.kind == Kind::Coefficient
+                    && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&both));
+                if !apart {
+                    list.push(Carried { parameter, known, by: Some(j) });
+                }
+            }
+        }
+        list
+    }
+
+    /// Their numbers in each row of a design.
+    pub(super) fn columns(
+        list: &[Carried],
+        campaign: &Campaign,
+        model: &Model,
+        design: &DesignMatrix,
+    ) -> Result<Vec<Vec<f64>>> {
+        let column = |own: &Carried| {
+            let here = design.jacobian.col_as_slice(own.parameter);
+            let Some(by) = own.by else { return Ok(here.to_vec()) };
+            let mut point = design.point.clone();
+            point.get_mut(by).into_iter().for_each(|x| *x += 1.0);
+            let moved = design::assemble(campaign, model, &point)?;
+            let moved = moved.jacobian.col_as_slice(own.parameter).iter();
+            Ok(moved.zip(here).map(|(moved, here)| moved - here).collect())
+        };
+        list.iter().map(column).collect()
+    }
+}
+
 /// What the unknowns leave of a column by a projection is rounding below this share of it (a few operations on each of its numbers), times the condition.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
@@ -315,51 +353,31 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 pub(super) fn inputs(
     campaign: &Campaign,
     model: &Model,
-    reference: &[f64],
-    design: &design::DesignMatrix,
+    design: &DesignMatrix,
     sensitivities: &Mat<f64>,
     condition: f64,
 ) -> Option<Vec<Input>> {
-    let n = campaign.unknowns();
-    let uncertain: Vec<(usize, Known)> = campaign
-        .parameters
-        .iter()
-        .enumerate()
-        .filter_map(|(k, p)| match p.role {
-            Role::Known(known) if known.u != 0.0 => Some((k, known)),
-            _ => None,
-        })
-        .collect();
-    if uncertain.is_empty() {
-        return Some(Vec::new());
-    }
-    let rows = design.rows.len();
-    let follow = |column: &dyn Fn(usize) -> f64| -> Option<Vec<f64>> {
-        let follow: Vec<f64> =
-            (0..n).map(|j| -(0..rows).map(|i| sensitivities[(j, i)] * column(i)).sum::<f64>()).collect();
+    let (n, rows) = (campaign.unknowns(), design.rows.len());
+    let follow = |column: &[f64]| -> Option<Vec<f64>> {
+        let along = |j: usize| -column.iter().enumerate().map(|(i, c)| sensitivities[(j, i)] * c).sum::<f64>();
+        let follow: Vec<f64> = (0..n).map(along).collect();
         let taken = |i: usize| follow.iter().enumerate().map(|(j, f)| design.jacobian[(i, j)] * f).sum::<f64>();
         let square = |of: &dyn Fn(usize) -> f64| (0..rows).map(|i| of(i) * of(i)).sum::<f64>();
-        let left = square(&|i| column(i) + taken(i)).sqrt();
-        (left <= ROUNDING * condition * square(column).sqrt()).then_some(follow)
+        let left = square(&|i| column.at(i) + taken(i)).sqrt();
+        (left <= ROUNDING * condition * square(&|i| column.at(i)).sqrt()).then_some(follow)
     };
-    let mut moved = Vec::with_capacity(n);
-    for j in 0..n {
-        let mut point = reference.to_vec();
-        point.get_mut(j).into_iter().for_each(|x| *x += 1.0);
-        moved.push(design::assemble(campaign, model, &point).ok()?);
+    let list = Carried::of(campaign);
+    let columns = Carried::columns(&list, campaign, model, design).ok()?;
+    let mut found: Vec<Input> = Vec::new();
+    for (own, column) in list.iter().zip(&columns) {
+        let follow = follow(column)?;
+        match own.by.zip(found.last_mut()) {
+            None => found.push(Input { index: own.parameter, known: own.known, base: follow, slope: Vec::new() }),
+            Some((by, input)) => {
+                input.slope.resize(n * n, 0.0);
+                input.slope.iter_mut().skip(by).step_by(n).zip(follow).for_each(|(slope, f)| *slope = f);
+            }
+        }
     }
-    let input = |(k, known): (usize, Known)| {
-        let base = follow(&|i| design.jacobian[(i, k)])?;
-        let columns = moved.iter().map(|there| follow(&|i| there.jacobian[(i, k)] - design.jacobian[(i, k)]));
-        let columns: Vec<Vec<f64>> = columns.collect::<Option<_>>()?;
-        let none = columns.iter().flatten().all(|s| *s == 0.0);
-        let at = |j: usize, i: usize| columns.at(i).at(j);
-        let slope = if none {
-            Vec::new()
-        } else {
-            (0..n).flat_map(|j| (0..n).map(move |i| (j, i))).map(|(j, i)| at(j, i)).collect()
-        };
-        Some(Input { index: k, known, base, slope })
-    };
-    uncertain.into_iter().map(input).collect()
+    Some(found)
 }

@@ -8,14 +8,20 @@
 //! the rounding of the residuals. Instructions are chosen at run time (`pulp`).
 #![allow(
     clippy::indexing_slicing,
-    reason = "`j < n` and `q < width`, and the chunk of unknowns has `n * width` registers; a `Lane` has `LANES` numbers; places of the sorting network are asked with `get` first"
+    reason = "`a` has `m` rows of `n` numbers; a `Lane` has `LANES` numbers; places of the sorting network are asked with `get` first"
 )]
 
+use crate::estimate::eight::{left, plus};
 use crate::quality::NormalScores;
 use pulp::{Arch, Simd, WithSimd};
 
 /// Devices side by side, and one number of each.
 pub(super) use crate::estimate::eight::{LANES, Lane};
+
+/// The numbers of one of them.
+pub(super) fn lane(of: &[Lane], l: usize) -> impl Iterator<Item = f64> + '_ {
+    of.iter().map(move |lanes| lanes[l])
+}
 
 /// What all devices share.
 #[derive(Debug, Clone)]
@@ -50,68 +56,30 @@ impl WithSimd for Solve<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, _: S) {
         let Kernel { a, p, m, n, passes } = self.kernel;
         let (m, n) = (*m, *n);
-        let width = LANES / S::F64_LANES;
-        if m == 0 || n == 0 || width == 0 {
+        if m == 0 || n == 0 {
             return;
         }
-        let (observed, _) = S::as_simd_f64s(self.observed.as_flattened());
-        let (unknowns, _) = S::as_mut_simd_f64s(self.unknowns.as_flattened_mut());
-        let (residuals, _) = S::as_mut_simd_f64s(self.residuals.as_flattened_mut());
-        let groups = observed.chunks_exact(m * width).zip(unknowns.chunks_exact_mut(n * width));
-        for ((y, x), v) in groups.zip(residuals.chunks_exact_mut(m * width)) {
-            for q in 0..width {
-                for j in 0..n {
-                    x[j * width + q] = simd.splat_f64s(0.0);
-                }
-                add(simd, p, y, x, (n, width, q));
-                for _ in 0..*passes {
-                    rest(simd, a, y, x, v, (n, width, q));
-                    add(simd, p, v, x, (n, width, q));
-                }
-                rest(simd, a, y, x, v, (n, width, q));
+        let groups = self.observed.chunks_exact(m).zip(self.unknowns.chunks_exact_mut(n));
+        for ((y, x), v) in groups.zip(self.residuals.chunks_exact_mut(m)) {
+            x.fill([0.0; LANES]);
+            add(p, y, x);
+            for _ in 0..*passes {
+                left(|i, j| [a[i * n + j]; LANES], y, x, v);
+                add(p, v, x);
             }
+            left(|i, j| [a[i * n + j]; LANES], y, x, v);
         }
     }
 }
 
-/// `x += P y`, for the vectors at `q` of `width`.
+/// `x += P y`.
 #[inline(always)]
-fn add<S: Simd>(simd: S, p: &[f64], y: &[S::f64s], x: &mut [S::f64s], (n, width, q): (usize, usize, usize)) {
-    for (row, y) in p.chunks_exact(n).zip(y.iter().skip(q).step_by(width)) {
-        for (p, x) in row.iter().zip(x.iter_mut().skip(q).step_by(width)) {
-            *x = simd.mul_add_f64s(simd.splat_f64s(*p), *y, *x);
-        }
-    }
-}
-
-/// `v = y - A x`, accumulated as high + low, for the vectors at `q` of `width`.
-#[inline(always)]
-fn rest<S: Simd>(
-    simd: S,
-    a: &[f64],
-    y: &[S::f64s],
-    x: &[S::f64s],
-    v: &mut [S::f64s],
-    (n, width, q): (usize, usize, usize),
-) {
-    let rows = a.chunks_exact(n).zip(y.iter().skip(q).step_by(width));
-    for ((row, y), v) in rows.zip(v.iter_mut().skip(q).step_by(width)) {
-        let (mut high, mut low) = (*y, simd.splat_f64s(0.0));
-        for (a, x) in row.iter().zip(x.iter().skip(q).step_by(width)) {
-            let a = simd.splat_f64s(*a);
-            let product = simd.mul_f64s(a, *x);
-            let minus = simd.neg_f64s(product);
-            let below = simd.mul_add_f64s(a, *x, minus);
-            let sum = simd.add_f64s(high, minus);
-            let back = simd.sub_f64s(sum, high);
-            let error = simd.add_f64s(simd.sub_f64s(high, simd.sub_f64s(sum, back)), simd.sub_f64s(minus, back));
-            high = sum;
-            low = simd.add_f64s(low, simd.sub_f64s(error, below));
-        }
-        *v = simd.add_f64s(high, low);
+fn add(p: &[f64], y: &[Lane], x: &mut [Lane]) {
+    for (row, y) in p.chunks_exact(x.len()).zip(y) {
+        row.iter().zip(&mut *x).for_each(|(p, x)| plus(x, &[*p; LANES], y));
     }
 }
 
@@ -131,11 +99,6 @@ pub(super) struct Sums {
 impl Sums {
     /// Over the rows of the residuals; `weight` are the reciprocals of the rows' standard uncertainties, `gain` that of each reading. Signs are
     /// those of the readings.
-    pub(super) fn of(residuals: &[Lane], weight: &[f64], gain: &[f64]) -> Sums {
-        Sums::weighted(residuals, weight.iter().map(|w| [*w; LANES]), gain.iter().map(|gain| [*gain; LANES]))
-    }
-
-    /// The same for devices with weights and gains of their own.
     #[inline(always)]
     pub(super) fn weighted(
         residuals: &[Lane],

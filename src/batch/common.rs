@@ -1,32 +1,27 @@
 //! A schedule factorised once: what is left for each device are products, sums and tests.
 #![allow(clippy::indexing_slicing, reason = "`lane` is a remainder by `LANES`, the length of every `Lane`")]
 
-use super::answer::{Answer, Coverage, Input, Question, inputs, least_variance};
-use super::block::{Kernel, LANES, Lane, Sums};
-use super::residuals::{Cells, Tests, runs_of, runs_p, suspects};
+use super::answer::{Answer, Asked, Coverage, Input, Question, inputs};
+use super::block::{Kernel, LANES, Lane, Sums, lane};
+use super::residuals::{Cells, Sizes, Tests, UNLIKE, least_runs_p, suspects};
 use super::{Device, Row, Solved};
-use crate::algebra::Tape;
 use crate::bench::Sensor;
-use crate::campaign::{Campaign, Kind, Role};
+use crate::campaign::Campaign;
 use crate::design::{self, Model};
 use crate::elements::{Elements, OrNan, Parts};
 use crate::estimate::{Estimate, Group, adjust};
 use crate::fit::{self, Estimator, Remount, Settings};
-use crate::number;
 use crate::quality::{self, Offsets, Whitened};
 use faer::Mat;
 use pulp::Arch;
 
 /// Above this condition number one step of refinement is not enough.
 pub(super) const ILL: f64 = 1e4;
-/// Rows whose uncertainties differ by more than this factor are not solved by products.
-pub(super) const UNLIKE: f64 = 100.0;
 
 /// What all devices of one schedule share.
 #[derive(Debug, Clone)]
 pub(crate) struct Common {
-    campaign: Campaign,
-    settings: Settings,
+    asked: Asked,
     kernel: Kernel,
     /// The row of the schedule and the place among its values of each row of the design.
     places: Vec<(usize, usize)>,
@@ -40,14 +35,12 @@ pub(crate) struct Common {
     predicted: Vec<f64>,
     /// Priors less their reference.
     priors: Vec<f64>,
-    reference: Vec<f64>,
     estimate: Estimate,
     /// The readings' part of the cofactor; the rest is that of priors.
     share: Mat<f64>,
     /// Is the scatter of the readings estimated (one scale for all)?
     scaled: bool,
     known: Vec<Input>,
-    derived: Vec<Tape>,
     /// Cell of each row, and how many there are: rows of equal inputs.
     cells: (Vec<usize>, usize),
     /// Offsets of positions, where nothing is replicated.
@@ -63,8 +56,6 @@ pub(crate) struct Common {
     gain: Vec<f64>,
     /// Sensors whose readings cannot all be the same.
     channels: Vec<fit::Channel>,
-    /// Greatest relative uncertainty of a row, for the rounding of readings.
-    largest_u: f64,
 }
 
 /// Buffers, and what returns.
@@ -75,30 +66,11 @@ pub(super) struct Scratch {
     residuals: Vec<Lane>,
     ordered_lanes: Vec<Lane>,
     sizes: Vec<Sizes>,
-    sums: Vec<(Sums, Option<Lane>)>,
+    sums: Vec<(Sums, Lane)>,
     rest: Vec<f64>,
     changes: Vec<f64>,
-    ordered: Vec<f64>,
     cells: Cells,
     memory: Coverage,
-}
-
-/// The least positive and the largest size of a device's values, and the largest in units of its uncertainty.
-#[derive(Debug, Clone, Copy)]
-struct Sizes {
-    least: f64,
-    most: f64,
-    weighed: f64,
-}
-
-/// What is known of a device from the eight that it is one of.
-struct Found {
-    sizes: Sizes,
-    squares: f64,
-    gain: f64,
-    /// Positive residuals and runs, where that is counted.
-    runs: Option<(usize, usize)>,
-    normality: Option<f64>,
 }
 
 impl Common {
@@ -156,9 +128,7 @@ impl Common {
         let places = places?;
         let mut predicted = design.predicted.clone();
         predicted.resize(m, 0.0);
-        let known = inputs(campaign, &model, &reference, &design, &sensitivities, condition.unwrap_or(1.0))?;
-        let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
-        let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
+        let known = inputs(campaign, &model, &design, &sensitivities, condition.unwrap_or(1.0))?;
         let weight = |i: usize| system.u.get(i).map_or(1.0, |u| 1.0 / u);
         let redundancy = |i: usize| estimate.redundancy.at(i);
         let studentizing: Vec<(usize, f64)> =
@@ -186,7 +156,6 @@ impl Common {
             Offsets::new(estimate.factor.weight(), estimate.factor.thin_q(), &positions, estimate.dof)
         };
         let offsets = if are_tested { None } else { offsets() };
-        let largest_u = system.u.iter().copied().fold(0.0_f64, f64::max);
         Some(Common {
             sensor: design.rows.iter().map(|origin| origin.sensor).collect(),
             is_reference: {
@@ -200,21 +169,17 @@ impl Common {
             weight: system.u.iter().map(|u| 1.0 / u).collect(),
             squared: system.u.iter().map(|u| 1.0 / (u * u)).collect(),
             priors: system.observed.iter().skip(readings).copied().collect(),
-            campaign: campaign.with_readings(Default::default()),
-            settings: *settings,
+            asked: Asked::new(campaign, settings).ok()?,
             share,
             kernel,
             places,
             sensors: sensors.len(),
             predicted,
-            reference,
             estimate,
             scaled,
             known,
-            derived,
             studentizing,
             gain,
-            largest_u,
         })
     }
 
@@ -230,7 +195,7 @@ impl Common {
         let Kernel { m, n, .. } = self.kernel;
         let groups = devices.len().div_ceil(LANES);
         let readings = self.places.len();
-        let mut work = std::mem::take(scratch);
+        let work = scratch;
         work.observed.clear();
         work.observed.resize(groups * m, [0.0; LANES]);
         work.unknowns.resize(groups * n, [0.0; LANES]);
@@ -240,17 +205,14 @@ impl Common {
             let (group, lane) = (k / LANES, k % LANES);
             // rooms for all groups were made above
             let observed = work.observed.get_mut(group * m..(group + 1) * m).unwrap_or_default();
-            let mut sizes = Sizes { least: f64::INFINITY, most: 0.0, weighed: 0.0 };
+            let mut sizes = Sizes::NONE;
             let rows = self.places.iter().zip(&self.predicted).zip(&self.weight);
             for ((((row, slot), predicted), weight), to) in rows.zip(observed.iter_mut()) {
                 // without a map the rows are in the schedule's order
                 let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
                 let value = device.values.or_nan(row * self.sensors + slot);
                 to[lane] = value - predicted;
-                let size = value.abs();
-                sizes.least = if size > 0.0 && size < sizes.least { size } else { sizes.least };
-                sizes.most = if size > sizes.most { size } else { sizes.most };
-                sizes.weighed = if size * weight > sizes.weighed { size * weight } else { sizes.weighed };
+                sizes.take(value, *weight);
             }
             for (to, prior) in observed.iter_mut().skip(readings).zip(&self.priors) {
                 to[lane] = *prior;
@@ -264,90 +226,71 @@ impl Common {
             work.ordered_lanes.clear();
             work.ordered_lanes.extend(studentized);
             let normality = self.tests.normality(&mut work.ordered_lanes);
-            work.sums.push((Sums::of(v, &self.weight, &self.gain), normality));
+            let [weight, gain] = [&self.weight, &self.gain].map(|list| list.iter().map(|x| [*x; LANES]));
+            work.sums.push((Sums::weighted(v, weight, gain), normality));
         }
-        let alone = self.campaign.bench.sensors.len() == 1;
-        let rows = devices
-            .iter()
-            .enumerate()
-            .map(|(k, (device, map))| {
-                let (group, lane) = (k / LANES, k % LANES);
-                let (sums, normality) = work.sums.get(group)?;
-                let found = Found {
-                    sizes: *work.sizes.get(k)?,
-                    squares: sums.squares[lane],
-                    gain: sums.gain[lane],
-                    // zeros have no sign, and rows in another order have another order of signs
-                    runs: (alone && map.is_none() && sums.zero[lane] == 0.0)
-                        .then(|| (number::count(sums.positive[lane]), 1 + number::count(sums.changes[lane]))),
-                    normality: normality.map(|p| p[lane]),
-                };
-                let take = |from: &[Lane], width: usize, to: &mut Vec<f64>| {
-                    to.clear();
-                    let part = from.part(group * width..(group + 1) * width);
-                    to.extend(part.iter().map(|numbers| numbers[lane]));
-                };
-                let (mut dx, mut rest) = (std::mem::take(&mut work.changes), std::mem::take(&mut work.rest));
-                take(&work.unknowns, n, &mut dx);
-                take(&work.residuals, m, &mut rest);
-                let row = self.row(device, *map, (&dx, &rest), &found, &mut work);
-                (work.changes, work.rest) = (dx, rest);
-                row
-            })
-            .collect();
-        *scratch = work;
-        rows
+        let rows = devices.iter().enumerate().map(|(k, (device, map))| {
+            let (group, l) = (k / LANES, k % LANES);
+            let take = |from: &[Lane], width: usize, to: &mut Vec<f64>| {
+                to.clear();
+                to.extend(lane(from.part(group * width..(group + 1) * width), l));
+            };
+            take(&work.unknowns, n, &mut work.changes);
+            take(&work.residuals, m, &mut work.rest);
+            let ((sums, normality), sizes) = (work.sums.get(group)?, *work.sizes.get(k)?);
+            let found = (&*work.changes, &*work.rest, sizes);
+            self.row(device, *map, found, (sums, normality[l], l), (&mut work.cells, &mut work.memory))
+        });
+        rows.collect()
     }
 
-    /// The row of one device, from the products and sums of the eight that it is one of.
+    /// The row of one device, from its unknowns and residuals and the sums of the eight that it is one of.
     fn row(
         &self,
         device: &Device,
         map: Option<&[usize]>,
-        (dx, v): (&[f64], &[f64]),
-        found: &Found,
-        work: &mut Scratch,
+        (dx, v, sizes): (&[f64], &[f64], Sizes),
+        (sums, normality_p, l): (&Sums, f64, usize),
+        (cells, memory): (&mut Cells, &mut Coverage),
     ) -> Option<Row> {
-        let (estimate, squares) = (&self.estimate, found.squares);
-        if found.sizes.most > fit::MOST || found.sizes.least < fit::LEAST {
-            return None;
-        }
-        if !(squares.is_finite() && dx.iter().all(|x| x.is_finite())) {
+        let Common { asked, estimate, .. } = self;
+        let (squares, readings, level) = (sums.squares[l], self.places.len(), asked.settings.level);
+        if !(sizes.are_plain() && squares.is_finite() && dx.iter().all(|x| x.is_finite())) {
             return None;
         }
         let scale_dof =
             // no group, no degrees of freedom
             if self.scaled { estimate.group_redundancy.first().copied().unwrap_or_default() } else { f64::INFINITY };
         let question = Question {
-            campaign: &self.campaign,
-            settings: &self.settings,
-            derived: &self.derived,
-            reference: &self.reference,
+            asked,
+            reference: &asked.reference,
             known: &self.known,
             scaled: self.scaled,
             rank: estimate.unknowns.rank,
             dof: estimate.dof,
             scale_dof,
         };
-        let values = || {
-            self.places.iter().map(|(row, slot)| {
-                // without a map the rows are in the schedule's order
-                let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
-                device.values.or_nan(row * self.sensors + slot)
-            })
-        };
-        let (suspects, suspect_p) = self.suspects(v, found, map);
+        // the device's own row; without a map the rows are in the schedule's order
+        let own = |row: usize| map.and_then(|map| map.get(row)).copied().unwrap_or(row);
+        let reading = |i: usize| self.places.get(i).map(|(row, _)| own(*row));
         let value = |i: usize| {
-            let (row, slot) = self.places.get(i)?;
-            let row = map.and_then(|map| map.get(*row)).unwrap_or(row);
-            device.values.get(row * self.sensors + slot).copied()
+            let place = self.places.get(i).map(|(row, slot)| own(*row) * self.sensors + slot);
+            place.map_or(f64::NAN, |place| device.values.or_nan(place))
         };
-        let stuck = |channel: &fit::Channel| {
-            Some((channel.sensor, channel.stuck(|i| value(i).unwrap_or(f64::NAN), |i| v.or_nan(i))?))
+        let stuck = |channel: &fit::Channel| Some((channel.sensor, channel.stuck(value, |i| v.or_nan(i))?));
+        let read = self.is_reference.iter().enumerate().filter(|(_, is_reference)| !**is_reference);
+        let step = || fit::resolution(read.map(|(i, _)| value(i)));
+        let least = || fit::rounding_of(step(), sizes.in_units());
+        let (suspects, suspect_p) = match self.tests.may_be_suspicious(squares, sums.gain[l]) {
+            true => {
+                let (q, weight) = (estimate.factor.thin_q(), estimate.factor.weight());
+                let whitened = Whitened::independent(q, weight, v, sizes.weighed, estimate.dof, !self.scaled);
+                suspects(&whitened, (readings, level), reading)
+            }
+            false => (Vec::new(), f64::NAN),
         };
-        let rounded =
-            || values().zip(&self.is_reference).filter(|(_, is_reference)| !**is_reference).map(|pair| pair.0);
-        let least = |variance| least_variance(rounded, (variance, found.sizes.weighed, self.largest_u));
+        // zeros have no sign, and rows in another order have another order of signs
+        let is_counted = asked.campaign.bench.sensors.len() == 1 && map.is_none() && sums.zero[l] == 0.0;
         let answer = Answer {
             label: &device.label,
             device: Some(device),
@@ -358,85 +301,35 @@ impl Common {
             variance: question.variance(squares, least),
             squares,
             tested: squares,
-            readings: self.places.len(),
-            largest: found.sizes.weighed,
+            readings,
+            largest: sizes.weighed,
             lack_of_fit_p: match &self.offsets {
-                Some(offsets) => offsets.test(v, self.settings.level).map(|test| test.p),
+                Some(offsets) => offsets.test(v, level).map(|test| test.p),
                 None => {
                     let (cell, count) = &self.cells;
-                    work.cells.lack_of_fit((cell, *count), (v, self.squared.iter().copied()), estimate.dof)
+                    cells.lack_of_fit((cell, *count), (v, self.squared.iter().copied()), estimate.dof)
                 }
             },
-            runs_p: match found.runs {
-                Some((positive, runs)) => runs_of(positive, self.gain.len() - positive, runs),
-                None => self.runs(v, map),
+            runs_p: match is_counted {
+                true => sums.runs_p(l, readings),
+                false => least_runs_p(
+                    self.sensor.iter().zip(v).enumerate().map(|(i, (s, v))| (*s, reading(i).unwrap_or(i), *v)),
+                ),
             },
-            normality_p: found.normality.unwrap_or_else(|| self.normality(v, work)),
+            normality_p,
             suspects,
             suspect_p,
             stuck: self.channels.iter().filter_map(stuck).collect(),
             solved: Solved::Together,
         };
-        Some(question.row(answer, &mut work.memory))
-    }
-
-    /// Suspicious readings, counted from 1 among the device's rows, and the probability of the most significant.
-    fn suspects(&self, v: &[f64], found: &Found, map: Option<&[usize]>) -> (Vec<usize>, f64) {
-        if !self.tests.may_be_suspicious(found.squares, found.gain) {
-            return (Vec::new(), f64::NAN);
-        }
-        let factor = &self.estimate.factor;
-        let whitened = Whitened::independent(
-            factor.thin_q(),
-            factor.weight(),
-            v,
-            found.sizes.weighed,
-            self.estimate.dof,
-            !self.scaled,
-        );
-        let found = quality::snoop(&whitened, self.places.len(), self.settings.level);
-        let reading = |row: usize| {
-            let (row, _) = self.places.get(row)?;
-            // without a map the rows are in the schedule's order
-            Some(*map.and_then(|map| map.get(*row)).unwrap_or(row))
-        };
-        suspects(found.as_ref(), reading)
-    }
-
-    /// The smallest probability of the runs tests of the sensors, in the device's own order of rows.
-    fn runs(&self, v: &[f64], map: Option<&[usize]>) -> f64 {
-        let mut least = f64::NAN;
-        for sensor in 0..self.campaign.bench.sensors.len() {
-            let of_sensor = || self.sensor.iter().zip(v).enumerate().filter(|(_, (s, _))| **s == sensor);
-            let p = match map {
-                None => runs_p(of_sensor().map(|(_, (_, v))| *v)),
-                Some(map) => {
-                    let mut sorted: Vec<(usize, f64)> = of_sensor()
-                        .map(|(i, (_, v))| {
-                            // places are of rows that the map has
-                            (self.places.get(i).and_then(|(row, _)| map.get(*row)).copied().unwrap_or(i), *v)
-                        })
-                        .collect();
-                    sorted.sort_by_key(|(row, _)| *row);
-                    runs_p(sorted.into_iter().map(|(_, v)| v))
-                }
-            };
-            least = least.min(p);
-        }
-        least
-    }
-
-    fn normality(&self, v: &[f64], work: &mut Scratch) -> f64 {
-        let Some(scores) = &self.tests.scores else { return f64::NAN };
-        work.ordered.clear();
-        work.ordered.extend(self.studentizing.iter().filter_map(|(i, factor)| v.get(*i).map(|v| v * factor)));
-        scores.test(&mut work.ordered).map_or(f64::NAN, |test| test.p)
+        Some(question.row(answer, memory))
     }
 }
 
 /// Is the question one that a linear step answers, without constraints, scatter, robust weights, or closed circles?
 pub(super) fn is_plain(campaign: &Campaign, settings: &Settings) -> bool {
-    let one_step = is_linear(campaign) || (settings.estimator == Estimator::Linear && !is_uncertain(campaign));
+    let one_step =
+        campaign.is_linear() || (settings.estimator == Estimator::Linear && campaign.uncertain().next().is_none());
     one_step && alone(campaign, settings).is_ok()
 }
 
@@ -462,16 +355,4 @@ pub(super) fn alone(campaign: &Campaign, settings: &Settings) -> std::result::Re
         Some(sensor) => is(&format!("{} is a closed circle", sensor.id), "bench"),
         None => Ok(()),
     }
-}
-
-/// Is an input known with an uncertainty?
-pub(super) fn is_uncertain(campaign: &Campaign) -> bool {
-    campaign.parameters.iter().any(|p| matches!(p.role, Role::Known(known) if known.u != 0.0))
-}
-
-/// Is every sensor's line affine in the unknowns, and no unknown an angle of the chain?
-pub(super) fn is_linear(campaign: &Campaign) -> bool {
-    let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-    campaign.estimated().iter().all(|p| p.kind != Kind::Tilt)
-        && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))
 }

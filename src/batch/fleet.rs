@@ -2,9 +2,8 @@
 
 use super::common::Scratch;
 use super::device::Shape;
-use super::lane_exact::Exact;
 use super::lane_rows::{Form, Lanes, Placed};
-use super::lanes::Room;
+use super::lanes::{Exact, Room};
 use super::positions::Positions;
 use super::residuals::Tests;
 use super::{Common, Device, Layout, Row, Solved};

@@ -5,13 +5,14 @@
     reason = "`fill` gives every list the size of the form before it is written, and a `Lane` has `LANES` numbers; a row's inputs are as wide as said"
 )]
 
-use super::block::{LANES, Lane};
-use super::common::{ILL, UNLIKE, alone, is_linear, is_plain, is_uncertain};
+use super::answer::Asked;
+use super::block::LANES;
+use super::common::{ILL, alone, is_plain};
 use super::positions::Positions;
-use super::residuals::Tests;
+use super::residuals::{Sizes, Tests};
 use super::{Device, Layout, Use};
-use crate::algebra::{Scratch, Tape};
-use crate::campaign::{Campaign, Readings, Role};
+use crate::algebra::Scratch;
+use crate::campaign::Campaign;
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Estimator, Settings, Weighting};
@@ -28,10 +29,7 @@ const MOST_SENSORS: usize = 4;
 /// What devices of different schedules share: the question, and where in a device's cells its lines find their inputs.
 #[derive(Debug)]
 pub(super) struct Lanes {
-    pub(super) campaign: Campaign,
-    pub(super) settings: Settings,
-    pub(super) derived: Vec<Tape>,
-    pub(super) reference: Vec<f64>,
+    pub(super) asked: Asked,
     /// For each sensor of the layout, in the order of a device's values.
     pub(super) lines: Vec<SensorLine>,
     /// Their indices in the bench.
@@ -78,14 +76,6 @@ pub(super) struct Form {
     pub(super) scaled: bool,
 }
 
-/// What is known of a device before anything is computed.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Sizes {
-    /// The largest value in units of its uncertainty.
-    pub(super) weighed: f64,
-    pub(super) largest_u: f64,
-}
-
 /// Room for the inputs and outputs of lines.
 #[derive(Debug, Default)]
 pub(super) struct Places {
@@ -122,27 +112,24 @@ impl Lanes {
     /// That is: a question that needs more than one linear step, priors, uncertain inputs, lines of rates, forces or joints.
     pub(super) fn new(campaign: &Campaign, layout: &Layout, settings: &Settings) -> Option<Lanes> {
         let bench = &campaign.bench;
-        let prior = |p: &crate::campaign::Parameter| matches!(p.role, Role::Estimated { prior: Some(_), .. });
-        let is_exact = settings.estimator == Estimator::Exact && !is_linear(campaign);
+        let is_exact = settings.estimator == Estimator::Exact && !campaign.is_linear();
         let simple = alone(campaign, settings).is_ok()
             && (settings.estimator == Estimator::Exact || is_plain(campaign, settings))
-            && !is_uncertain(campaign)
+            && campaign.uncertain().next().is_none()
             && settings.adjust.rank_tolerance.is_none_or(|t| t * ILL < 1.0)
-            && settings.level > 0.0
-            && settings.level < 1.0
+            && fit::check_level(settings.level).is_ok()
             && campaign.unknowns() > 0
-            && !campaign.parameters.iter().any(prior)
+            && campaign.priors().next().is_none()
             && layout.uses.iter().all(|kind| *kind != Use::Other)
             && layout.sensors().count() <= MOST_SENSORS
             && campaign.readings.columns == layout.numeric(bench);
         if !simple {
             return None;
         }
-        let empty = Readings { columns: campaign.readings.columns.clone(), rows: Vec::new() };
-        let campaign = campaign.with_readings(empty);
-        fit::check_ranges(&campaign).ok()?;
-        let model = Model::new(&campaign).ok()?;
-        let reference = campaign.reference_point();
+        let asked = Asked::new(campaign, settings).ok()?;
+        let Asked { campaign, reference, .. } = &asked;
+        fit::check_ranges(campaign).ok()?;
+        let model = Model::new(campaign).ok()?;
         let inputs: Vec<&str> = layout
             .keys
             .iter()
@@ -172,28 +159,19 @@ impl Lanes {
             Some(SensorLine { line: Some(line), from, u, is_reference, absent })
         };
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
-        let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
-        let derived = campaign.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_, _>>().ok()?;
         let (width, samples) = (inputs.len(), cell("n"));
         let sensors = layout.sensors().collect();
-        Some(Lanes {
-            settings: *settings,
-            derived,
-            reference,
-            lines,
-            sensors,
-            width,
-            samples,
-            is_by_position,
-            is_exact,
-            campaign,
-        })
+        Some(Lanes { lines, sensors, width, samples, is_by_position, is_exact, asked })
     }
 
     /// Positions for its devices, where they have joints.
     pub(super) fn positions(&self) -> Option<Positions> {
         let weights: Vec<usize> = self.lines.iter().filter_map(|line| line.u).chain(self.samples).collect();
-        if self.is_by_position && !self.is_exact { Positions::new(&self.campaign, self.width, &weights) } else { None }
+        if self.is_by_position && !self.is_exact {
+            Positions::new(&self.asked.campaign, self.width, &weights)
+        } else {
+            None
+        }
     }
 
     /// Does it need them?
@@ -231,7 +209,7 @@ impl Lanes {
                 *count = count.checked_add(1)?;
             }
         }
-        let relative = self.settings.weighting == Weighting::Relative;
+        let relative = self.asked.settings.weighting == Weighting::Relative;
         let mut read = stated.iter().flatten();
         let scaled = match (read.next(), read.next()) {
             (None, _) => return None,
@@ -240,13 +218,13 @@ impl Lanes {
             _ => false,
         };
         let form = Form { counts, scaled };
-        (form.readings() > self.campaign.unknowns() && form.readings() <= MOST_ROWS).then_some(form)
+        (form.readings() > self.asked.campaign.unknowns() && form.readings() <= MOST_ROWS).then_some(form)
     }
 
     /// What the tests of a shape's devices share.
     pub(super) fn tests(&self, form: &Form) -> Tests {
         let m = form.readings();
-        Tests::new(m, m, (m.saturating_sub(self.campaign.unknowns()), form.scaled, self.settings.level))
+        Tests::new(m, m, (m.saturating_sub(self.asked.campaign.unknowns()), form.scaled, self.asked.settings.level))
     }
 
     /// Eight devices of a shape into a system each (where there are fewer, the last one again), and what is known of their sizes; `None` for a
@@ -259,8 +237,8 @@ impl Lanes {
         eight: &mut Eight,
         places: &mut Places,
     ) -> [Option<Sizes>; LANES] {
-        let (m, n) = (form.readings(), self.campaign.unknowns());
-        let mut sizes = [None; LANES];
+        let (m, n) = (form.readings(), self.asked.campaign.unknowns());
+        let mut sizes = [Sizes::NONE; LANES];
         eight.shape(m, n);
         for (slot, (line, (begin, count))) in self.lines.iter().zip(form.parts()).enumerate() {
             let places_here = count * LANES;
@@ -329,41 +307,16 @@ impl Lanes {
                     };
                     Some((*value, u))
                 });
-                let (mut least, mut most, mut largest) = (f64::INFINITY, 0.0_f64, Sizes::default());
-                let mut least_u = f64::INFINITY;
                 let rows = eight.observed[begin..].iter_mut().zip(&mut eight.weight[begin..]);
-                for (((observed, weight), (value, u)), predicted) in
-                    rows.zip(read).zip(values.iter().skip(l).step_by(LANES))
-                {
-                    let (size, w) = (value.abs(), 1.0 / u);
-                    observed[l] = value - predicted;
-                    weight[l] = w;
-                    least = if size > 0.0 && size < least { size } else { least };
-                    most = if size > most { size } else { most };
-                    largest.weighed = if size * w > largest.weighed { size * w } else { largest.weighed };
-                    largest.largest_u = if u > largest.largest_u { u } else { largest.largest_u };
-                    least_u = if u < least_u { u } else { least_u };
+                let predicted = values.iter().skip(l).step_by(LANES);
+                for (((observed, weight), (value, u)), predicted) in rows.zip(read).zip(predicted) {
+                    (observed[l], weight[l]) = (value - predicted, 1.0 / u);
+                    sizes[l].take(value, weight[l]);
                 }
-                let before = if begin == 0 { Some((largest, least_u)) } else { sizes[l] };
-                sizes[l] = before.filter(|_| !(most > fit::MOST || least < fit::LEAST)).map(
-                    |(before, u_before): (Sizes, f64)| {
-                        let both = Sizes {
-                            weighed: largest.weighed.max(before.weighed),
-                            largest_u: largest.largest_u.max(before.largest_u),
-                        };
-                        (both, least_u.min(u_before))
-                    },
-                );
             }
         }
-        // rows of very different weight want the refinement of a fit of their own
-        sizes.map(|lane| lane.filter(|(size, least_u)| !(size.largest_u > UNLIKE * least_u)).map(|(size, _)| size))
+        sizes.map(|own| own.are_plain().then_some(own))
     }
-}
-
-/// Residuals of one system of eight, in the order of its rows.
-pub(super) fn lane(of: &[Lane], l: usize) -> impl Iterator<Item = f64> + '_ {
-    of.iter().map(move |lanes| lanes[l])
 }
 
 /// The cell of each row of one device: rows of one cell have the same inputs. How many cells there are comes back.

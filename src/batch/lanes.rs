@@ -1,24 +1,28 @@
-//! Devices of different schedules, eight side by side: a system for each, solved together, and each device's row from its own.
+//! Devices of different schedules, eight side by side: a system for each, solved together, and each device's row from its own; and devices of one
+//! schedule whose lines follow the point, each at a point of its own.
 //!
 //! What is not far from a rank defect, or checked by no other reading, is for the fit of that device by itself.
 #![allow(
     clippy::indexing_slicing,
-    reason = "a `Lane` has `LANES` numbers, and devices are put into lanes by remainders by that"
+    reason = "a `Lane` has `LANES` numbers, and devices are put into lanes by remainders by that; lists of eight systems have the lengths that `Eight::shape` gives them"
 )]
 
-use super::answer::{Answer, Coverage, Question, least_variance};
-use super::block::{LANES, Lane, Sums};
+use super::answer::{Answer, Coverage, Question};
+use super::block::{LANES, Lane, Sums, lane};
 use super::common::ILL;
-use super::lane_rows::{Form, Lanes, Parted, Placed, Places, Sizes, lane};
+use super::lane_rows::{Form, Lanes, Parted, Placed, Places};
 use super::positions::Positions;
-use super::residuals::{Cells, Tests, runs_of, runs_p, suspects};
+use super::residuals::{Cells, Sizes, Tests, least_runs_p, suspects};
 use super::{Device, Row, Solved};
+use crate::campaign::{Campaign, Kind};
+use crate::design::{self, Model, RowOrigin, Workspace};
+use crate::elements::Elements;
 use crate::estimate::eight::Eight;
-use crate::fit;
-use crate::number;
-use crate::quality::{self, Offsets, Whitened};
+use crate::fit::{self, INVISIBLE, NEGLIGIBLE};
+use crate::quality::{Offsets, Whitened};
 use faer::Mat;
 use pulp::{Arch, Simd, WithSimd};
+use std::f64::consts::PI;
 
 /// A reading whose redundancy is less is checked by none: that is for the device's own fit to say.
 const CHECKED: f64 = 1e-6;
@@ -44,7 +48,7 @@ struct Judged {
     studentized: Vec<Lane>,
     least_redundancy: Lane,
     sums: Option<Sums>,
-    normality: Option<Lane>,
+    normality: Lane,
 }
 
 impl Lanes {
@@ -60,11 +64,11 @@ impl Lanes {
         let mut rows = Vec::with_capacity(devices.len());
         for devices in devices.chunks(LANES) {
             let sizes = self.fill(arch, (form, positions), devices, &mut room.eight, &mut room.places);
-            room.eight.solve(arch, true);
+            room.eight.solve(arch);
             self.judge(arch, tests, room);
             let solved = devices.iter().zip(sizes).enumerate();
             rows.extend(solved.map(|(l, (device, sizes))| {
-                self.row((form, tests), (positions, None), &self.reference, *device, (l, sizes?), room)
+                self.row((form, tests), (positions, None), &self.asked.reference, *device, (l, sizes?), room)
             }));
         }
         rows
@@ -87,7 +91,7 @@ impl Lanes {
     ) -> Option<Row> {
         let Room { eight, judged, parted, cells, memory, cofactor, dx, v, .. } = room;
         let sums = judged.sums?;
-        let (m, n) = (form.readings(), self.campaign.unknowns());
+        let (m, n) = (form.readings(), self.asked.campaign.unknowns());
         let squares = sums.squares[l];
         if !(eight.condition[l] < ILL && judged.least_redundancy[l] > CHECKED && squares.is_finite()) {
             return None;
@@ -99,7 +103,7 @@ impl Lanes {
             slot => slot.insert(Mat::zeros(n, n)),
         };
         for j in 0..n {
-            let upper = if self.derived.is_empty() { j } else { 0 };
+            let upper = if self.asked.derived.is_empty() { j } else { 0 };
             for i in upper..=j {
                 let element = eight.cofactor(i, j, l);
                 (cofactor[(i, j)], cofactor[(j, i)]) = (element, element);
@@ -112,9 +116,7 @@ impl Lanes {
         v.extend(lane(&eight.residuals, l));
         let dof = m - n;
         let question = Question {
-            campaign: &self.campaign,
-            settings: &self.settings,
-            derived: &self.derived,
+            asked: &self.asked,
             reference,
             known: &[],
             scaled: form.scaled,
@@ -122,11 +124,11 @@ impl Lanes {
             dof,
             scale_dof: if form.scaled { dof as f64 } else { f64::INFINITY },
         };
-        let rounded = || {
+        let rounded = {
             let each = device.values.iter().zip(self.lines.iter().cycle());
             each.filter(|(value, line)| !value.is_nan() && !line.is_reference).map(|(value, _)| *value)
         };
-        let least = |variance| least_variance(rounded, (variance, sizes.weighed, sizes.largest_u));
+        let least = || fit::rounding_of(fit::resolution(rounded), sizes.in_units());
         let (of, count) = match known {
             Some((of, count)) => (of.as_slice(), *count),
             None => {
@@ -140,11 +142,11 @@ impl Lanes {
             false => self.between_positions(form, device, (l, v), eight),
         };
         let runs_p = if form.is_of_one() && sums.zero[l] == 0.0 {
-            let positive = number::count(sums.positive[l]);
-            runs_of(positive, m - positive, 1 + number::count(sums.changes[l]))
+            sums.runs_p(l, m)
         } else {
-            let parts = form.parts().filter_map(|(begin, count)| v.get(begin..begin + count));
-            parts.map(|residuals| runs_p(residuals.iter().copied())).fold(f64::NAN, f64::min)
+            let parts = form.parts().enumerate();
+            let of = |(slot, (begin, count))| (begin..begin + count).map(move |i| (slot, i));
+            least_runs_p(parts.flat_map(of).zip(v.iter()).map(|((slot, i), v)| (slot, i, *v)))
         };
         let (suspects, suspect_p) = match tests.may_be_suspicious(squares, sums.gain[l]) {
             true => self.suspects(form, device, (l, sizes.weighed), eight),
@@ -164,14 +166,7 @@ impl Lanes {
             largest: sizes.weighed,
             lack_of_fit_p,
             runs_p,
-            normality_p: match (&judged.normality, &tests.scores) {
-                (Some(p), _) => p[l],
-                (None, Some(scores)) => {
-                    let mut studentized: Vec<f64> = lane(&judged.studentized, l).collect();
-                    scores.test(&mut studentized).map_or(f64::NAN, |test| test.p)
-                }
-                (None, None) => f64::NAN,
-            },
+            normality_p: judged.normality[l],
             suspects,
             suspect_p,
             stuck: self.stuck(form, device, l, eight),
@@ -182,7 +177,7 @@ impl Lanes {
 
     /// Probability of the test for lack of fit by positions.
     fn between_positions(&self, form: &Form, device: &Device, (l, v): (usize, &[f64]), eight: &Eight) -> Option<f64> {
-        let (m, n, sensors) = (form.readings(), self.campaign.unknowns(), self.lines.len());
+        let (m, n, sensors) = (form.readings(), self.asked.campaign.unknowns(), self.lines.len());
         let groups = device.positions.len();
         let group = |slot: usize, row: usize| {
             device.value(row, sensors).get(slot).filter(|value| !value.is_nan())?;
@@ -195,12 +190,12 @@ impl Lanes {
         let weight: Vec<f64> = lane(&eight.weight, l).collect();
         let q = Mat::from_fn(m, n, |i, j| eight.orthonormal(i, j, l));
         let offsets = Offsets::new(&weight, q.as_ref(), &group, m - n)?;
-        offsets.test(v, self.settings.level).map(|test| test.p)
+        offsets.test(v, self.asked.settings.level).map(|test| test.p)
     }
 
     /// Sensors whose readings are all the same, though their rows are not.
     fn stuck(&self, form: &Form, device: &Device, l: usize, eight: &Eight) -> Vec<(usize, f64)> {
-        let (m, n, sensors) = (form.readings(), self.campaign.unknowns(), self.lines.len());
+        let (m, n, sensors) = (form.readings(), self.asked.campaign.unknowns(), self.lines.len());
         let of = |(slot, (begin, count)): (usize, (usize, usize))| {
             let values = device.values.iter().skip(slot).step_by(sensors).copied().filter(|value| !value.is_nan());
             let value = fit::same(values)?;
@@ -217,7 +212,7 @@ impl Lanes {
 
     /// Suspicious readings, counted from 1 among the device's rows, and the probability of the most significant.
     fn suspects(&self, form: &Form, device: &Device, (l, largest): (usize, f64), eight: &Eight) -> (Vec<usize>, f64) {
-        let (m, n) = (form.readings(), self.campaign.unknowns());
+        let (m, n) = (form.readings(), self.asked.campaign.unknowns());
         // in the order of the readings, in which the device's own fit would look for them
         let order = self.order(device);
         let row = |i: usize| order.get(i).map_or(0, |(_, row)| *row);
@@ -226,8 +221,7 @@ impl Lanes {
         let weight: Vec<f64> = (0..m).map(|i| at(&eight.weight, i)).collect();
         let v: Vec<f64> = (0..m).map(|i| at(&eight.residuals, i)).collect();
         let whitened = Whitened::independent(q.as_ref(), &weight, &v, largest, m - n, !form.scaled);
-        let found = quality::snoop(&whitened, m, self.settings.level);
-        suspects(found.as_ref(), |row| order.get(row).map(|(reading, _)| *reading))
+        suspects(&whitened, (m, self.asked.settings.level), |row| order.get(row).map(|(reading, _)| *reading))
     }
 }
 
@@ -259,5 +253,162 @@ impl WithSimd for Judge<'_> {
         }
         *sums = Some(Sums::weighted(&eight.residuals, eight.weight.iter().copied(), gain.iter().copied()));
         *normality = tests.normality(studentized);
+    }
+}
+
+// Devices of one schedule whose model is not linear in its unknowns: the steps of Gauss-Newton are those of `fit`, as long as each of them is taken
+// whole and the fit becomes better; whatever else a device asks for (a rank defect, a step that must be halved) is for its own fit.
+
+/// Steps after which a device is for its own fit.
+const STEPS: usize = 12;
+
+/// A schedule of several devices, whose rows follow the point.
+pub(super) struct Exact {
+    campaign: Campaign,
+    model: Model,
+    /// For each reading, its sensors and their rows among those of a device's system.
+    readings: Vec<(usize, Vec<usize>, Vec<usize>)>,
+    /// The cell of each row, and how many cells there are.
+    cells: (Vec<usize>, usize),
+}
+
+impl Exact {
+    /// The schedule of a device's campaign; `None` for one that a fit refuses. `sensors` are those of the layout, in its order.
+    pub(super) fn new(campaign: Campaign, sensors: &[usize]) -> Option<Exact> {
+        fit::askable(&campaign).ok()?;
+        let model = Model::new(&campaign).ok()?;
+        let design = design::assemble(&campaign, &model, &campaign.reference_point()).ok()?;
+        fit::check_rows(&campaign, &model, &design).ok()?;
+        // devices that do not begin at the reference are for their own fits
+        if fit::by_coefficients(&campaign, &model, &design, &fit::Settings::default()).ok()?.is_some() {
+            return None;
+        }
+        // rows of a system stand sensor by sensor
+        let slot = |row: &usize| design.rows.get(*row).and_then(|row| sensors.iter().position(|s| *s == row.sensor));
+        let mut order: Vec<usize> = (0..design.rows.len()).collect();
+        order.sort_by_key(slot);
+        let mut place = vec![0; order.len()];
+        for (row, k) in order.iter().enumerate() {
+            place[*k] = row;
+        }
+        let cells = fit::cells(&campaign, &design, design.rows.len());
+        let count = cells.iter().max().map_or(0, |most| most + 1);
+        let cells = (order.iter().map(|k| cells.at(*k)).collect(), count);
+        let of_reading = |rows: &[(usize, &RowOrigin)]| {
+            let reading = rows.first().map_or(0, |(_, row)| row.reading);
+            let sensors = rows.iter().map(|(_, row)| row.sensor).collect();
+            (reading, sensors, rows.iter().map(|(k, _)| place[*k]).collect())
+        };
+        let rows: Vec<(usize, &RowOrigin)> = design.rows.iter().enumerate().collect();
+        let readings = rows.chunk_by(|a, b| a.1.reading == b.1.reading).map(of_reading).collect();
+        Some(Exact { campaign, model, readings, cells })
+    }
+
+    /// Rows and predictions at a point of each device; `columns` gets derivatives by the unknowns, `m` of them for each.
+    fn at(
+        &self,
+        point: &[Lane],
+        (m, n): (usize, usize),
+        columns: &mut [Lane],
+        predicted: &mut [Lane],
+        (work, room): (&mut Workspace, &mut design::Room<LANES>),
+    ) {
+        for (reading, sensors, rows) in &self.readings {
+            let Some(reading) = self.campaign.readings.rows.get(*reading) else { continue };
+            self.model.predict_lanes(
+                &self.campaign,
+                reading,
+                sensors,
+                point,
+                (work, room),
+                |place, value, gradient| {
+                    let row = rows[place];
+                    predicted[row] = *value;
+                    for (j, slope) in gradient.iter().take(n).enumerate() {
+                        columns[j * m + row] = *slope;
+                    }
+                },
+            );
+        }
+    }
+}
+
+impl Lanes {
+    /// A row for each device of one schedule; `None` for one that its own fit has to answer.
+    pub(super) fn rows_exactly(
+        &self,
+        arch: Arch,
+        (form, tests): (&Form, &Tests),
+        exact: &Exact,
+        devices: &[&Device],
+        room: &mut Room,
+    ) -> Vec<Option<Row>> {
+        let (m, n) = (form.readings(), self.asked.campaign.unknowns());
+        let is_tilt: Vec<bool> =
+            self.asked.campaign.estimated().iter().map(|parameter| parameter.kind == Kind::Tilt).collect();
+        let (mut work, mut places) = (exact.model.workspace(), design::Room::default());
+        let mut predicted = vec![[0.0; LANES]; m];
+        let reference: Vec<Lane> = self.asked.reference.iter().map(|x| [*x; LANES]).collect();
+        // all devices begin at one point
+        let mut begin: Option<(Vec<Lane>, Vec<Lane>)> = None;
+        let mut found = Vec::with_capacity(devices.len());
+        for devices in devices.chunks(LANES) {
+            let placed: Vec<Placed<'_>> = devices.iter().map(|device| (*device, &[] as &[u32])).collect();
+            let sizes = self.fill(arch, (form, None), &placed, &mut room.eight, &mut room.places);
+            let values = room.eight.observed.clone();
+            let mut point = reference.clone();
+            let (mut settled, mut failed, mut last) = ([false; LANES], [false; LANES], [f64::INFINITY; LANES]);
+            for _ in 0..STEPS {
+                let eight = &mut room.eight;
+                match &begin {
+                    Some((columns, values)) if last == [f64::INFINITY; LANES] => {
+                        eight.rows.copy_from_slice(columns);
+                        predicted.copy_from_slice(values);
+                    }
+                    _ => exact.at(&point, (m, n), &mut eight.rows, &mut predicted, (&mut work, &mut places)),
+                }
+                begin.get_or_insert_with(|| (eight.rows.clone(), predicted.clone()));
+                for ((observed, value), predicted) in eight.observed.iter_mut().zip(&values).zip(&predicted) {
+                    *observed = std::array::from_fn(|l| value[l] - predicted[l]);
+                }
+                eight.solve(arch);
+                let mut sums = [[0.0; LANES]; 4];
+                let rows = eight.observed.iter().zip(&eight.residuals).zip(&eight.weight).zip(&predicted);
+                for (((y, v), w), f) in rows {
+                    for l in 0..LANES {
+                        let terms = [y[l], y[l] - v[l], v[l], y[l].abs() + f[l].abs()];
+                        sums.iter_mut().zip(terms).for_each(|(sum, term)| sum[l] += (term * w[l]).powi(2));
+                    }
+                }
+                let [before, length, noise, size] = sums;
+                for l in 0..LANES {
+                    let better = before[l] <= last[l] * (1.0 + 1e-10) + NEGLIGIBLE * NEGLIGIBLE * size[l];
+                    failed[l] |= !(better && eight.condition[l] < ILL && length[l].is_finite());
+                    settled[l] = length[l].sqrt() <= NEGLIGIBLE * size[l].sqrt()
+                        || length[l].sqrt() <= INVISIBLE * noise[l].sqrt();
+                }
+                last = before;
+                if settled.iter().zip(&failed).all(|(settled, failed)| *settled || *failed) {
+                    break;
+                }
+                for ((x, dx), is_tilt) in point.iter_mut().zip(&eight.solution).zip(&is_tilt) {
+                    for l in 0..LANES {
+                        if settled[l] || failed[l] {
+                            continue;
+                        }
+                        x[l] += dx[l];
+                        // a turn away lies the same rotation
+                        failed[l] |= *is_tilt && !(x[l].abs() <= PI);
+                    }
+                }
+            }
+            self.judge(arch, tests, room);
+            found.extend(placed.iter().zip(sizes).enumerate().map(|(l, (device, sizes))| {
+                let sizes = sizes.filter(|_| settled[l] && !failed[l])?;
+                let reference: Vec<f64> = point.iter().map(|x| x[l]).collect();
+                self.row((form, tests), (None, Some(&exact.cells)), &reference, *device, (l, sizes), room)
+            }));
+        }
+        found
     }
 }

@@ -11,9 +11,8 @@
 //! | `stream.rs` | a table of many devices, device by device; a serial number that comes back |
 //! | `common.rs` | a schedule factorised once, and the rows of its devices |
 //! | `answer.rs` | a device's row from its solution; known inputs with an uncertainty |
-//! | `lanes.rs` | devices of different schedules, eight side by side |
+//! | `lanes.rs` | devices of different schedules, eight side by side; those of one schedule whose model is not linear, to convergence |
 //! | `lane_rows.rs` | their rows of the design, from the columns of the table, and which of them are replicates |
-//! | `lane_exact.rs` | devices of one schedule whose model is not linear, eight side by side to convergence |
 //! | `positions.rs` | their rows of the design, position by position, where joints stand or turn |
 //! | `block.rs` | estimates, residuals and their sums of eight devices side by side |
 //! | `residuals.rs` | tests of the residuals: signs, normality, lack of fit beside replicates |
@@ -32,7 +31,6 @@ mod block;
 mod common;
 mod device;
 mod fleet;
-mod lane_exact;
 mod lane_rows;
 mod lanes;
 mod layout;

@@ -8,37 +8,25 @@
 //! A part is the triangle of a [`Fold`], whose size does not depend on the readings. What needs the readings themselves (robust weights,
 //! constraints, scatter, closed circles, several scales to estimate, suspicious readings, lack of fit, runs) is not to be had from it.
 
-use super::answer::{Answer, Coverage, Input, Question};
-use super::common::{alone, is_linear, is_uncertain};
+use super::answer::{Answer, Asked, Carried, Coverage, Input, Question};
+use super::common::alone;
 use super::{Row, Solved};
-use crate::algebra::Tape;
-use crate::campaign::{Campaign, Kind, Known, Observation, Readings, Role};
+use crate::campaign::{Campaign, Observation, Readings};
 use crate::design::{self, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Block, Compressed, Fold, Folded, Group, NO_REDUNDANCY, ScaleHints, Scaled, Unknowns};
+use crate::estimate::{Block, Compressed, Factor, Fold, NO_REDUNDANCY, ScaleHints, Scaled};
 use crate::fit::{self, Estimator, Settings, Weighting};
 use faer::{Mat, MatRef};
 
 /// The linear step of a campaign, for readings that are not all at hand.
 #[derive(Debug, Clone)]
 pub struct Parts {
-    template: Campaign,
-    settings: Settings,
+    asked: Asked,
     model: Model,
-    reference: Vec<f64>,
-    carried: Vec<PropagatedCalibration>,
-    derived: Vec<Tape>,
+    carried: Vec<Carried>,
     /// Unknown, prior less its reference, standard uncertainty.
     priors: Vec<(usize, f64, f64)>,
-}
-
-/// A column that is carried along for the budget of a known input: `df/dp`, or how much it changes with an unknown.
-#[derive(Debug, Clone, Copy)]
-struct PropagatedCalibration {
-    parameter: usize,
-    known: Known,
-    by: Option<usize>,
 }
 
 /// A row of the design: what a sensor's value at some position says about the unknowns.
@@ -62,8 +50,8 @@ pub struct Part {
     met: Vec<[bool; 2]>,
     /// Largest size of a value.
     largest: f64,
-    /// Two epsilons of the largest value in units of its uncertainty.
-    arithmetic: f64,
+    /// Largest size of a value in units of its uncertainty.
+    weighed: f64,
     largest_u: f64,
     /// The last decimal place of all values; `None` before the first, NaN where they have the digits of a computation.
     step: Option<f64>,
@@ -79,15 +67,11 @@ impl Parts {
                 .expected("the ordinary fit of each device (tumble fit CAMPAIGN --by COLUMN)")
                 .at_path(path))
         };
-        if !(settings.level > 0.0 && settings.level < 1.0) {
-            return Err(Malformed::new(Fault::Value, "the level is not a probability")
-                .expected("a number between 0 and 1, for example 0.95")
-                .found(settings.level.to_string()));
-        }
+        fit::check_level(settings.level)?;
         if let Err((what, path)) = alone(template, settings) {
             return refuse(&what, path);
         }
-        if !is_linear(template) {
+        if !template.is_linear() {
             if settings.estimator == Estimator::Exact {
                 return Err(Malformed::new(
                     Fault::Value,
@@ -98,7 +82,7 @@ impl Parts {
                 )
                 .at_path("estimate"));
             }
-            if is_uncertain(template) {
+            if template.uncertain().next().is_some() {
                 return refuse(
                     "the model is not linear in its unknowns, and an input is known with an uncertainty",
                     "known",
@@ -109,61 +93,28 @@ impl Parts {
             // refused in the words of a fit
             fit::askable(template)?;
         }
-        let ids: Vec<&str> = template.parameters.iter().map(|p| p.id.as_str()).collect();
-        let derived = template.derived.iter().map(|d| Tape::compile(&d.line, &ids)).collect::<Result<_>>()?;
-        let reference = template.reference_point();
-        let priors = template
-            .estimated()
-            .iter()
-            .zip(&reference)
-            .enumerate()
-            .filter_map(|(k, (parameter, reference))| match &parameter.role {
-                Role::Estimated { prior: Some(prior), .. } => Some((k, prior.value - reference, prior.u)),
-                _ => None,
-            })
-            .collect();
-        Ok(Parts {
-            model: Model::new(template)?,
-            template: template.with_readings(Readings { columns: template.readings.columns.clone(), rows: Vec::new() }),
-            settings: *settings,
-            carried: carried(template),
-            derived,
-            reference,
-            priors,
-        })
+        let asked = Asked::new(template, settings)?;
+        let priors = template.priors().map(|(k, value, u)| (k, value - asked.reference.at(k), u)).collect();
+        Ok(Parts { model: Model::new(template)?, carried: Carried::of(template), asked, priors })
     }
 
     /// The campaign, without readings.
     pub fn campaign(&self) -> &Campaign {
-        &self.template
+        &self.asked.campaign
     }
 
     /// The lines of some readings, one for each value.
     ///
     /// Errors: readings that no fit takes; a model line without a value there.
     pub fn lines(&self, readings: Readings) -> Result<Vec<DesignRow>> {
-        let campaign = self.template.with_readings(readings);
+        let campaign = self.asked.campaign.with_readings(readings);
         fit::askable(&campaign)?;
-        let design = design::assemble(&campaign, &self.model, &self.reference)?;
+        let design = design::assemble(&campaign, &self.model, &self.asked.reference)?;
         fit::check_rows(&campaign, &self.model, &design)?;
         let n = campaign.unknowns();
-        let mut moved = Vec::new();
-        for carried in &self.carried {
-            let mut point = self.reference.clone();
-            if let Some(x) = carried.by.and_then(|j| point.get_mut(j)) {
-                *x += 1.0;
-                moved.push(Some(design::assemble(&campaign, &self.model, &point)?));
-            } else {
-                moved.push(None);
-            }
-        }
+        let carried = Carried::columns(&self.carried, &campaign, &self.model, &design)?;
         let columns = |i: usize| -> Vec<f64> {
-            let derivatives = (0..n).map(|j| design.jacobian[(i, j)]);
-            let further = self.carried.iter().zip(&moved).map(|(carried, moved)| {
-                let here = design.jacobian[(i, carried.parameter)];
-                moved.as_ref().map_or(here, |moved| moved.jacobian[(i, carried.parameter)] - here)
-            });
-            derivatives.chain(further).collect()
+            (0..n).map(|j| design.jacobian[(i, j)]).chain(carried.iter().map(|column| column.at(i))).collect()
         };
         let line = |(i, (origin, predicted)): (usize, (&design::RowOrigin, &f64))| DesignRow {
             reading: origin.reading,
@@ -177,10 +128,10 @@ impl Parts {
     /// A part without readings.
     pub fn nothing(&self) -> Part {
         Part {
-            fold: Fold::carrying(self.template.unknowns(), self.carried.len()),
-            met: vec![[false; 2]; self.template.bench.sensors.len()],
+            fold: Fold::carrying(self.asked.campaign.unknowns(), self.carried.len()),
+            met: vec![[false; 2]; self.asked.campaign.bench.sensors.len()],
             largest: 0.0,
-            arithmetic: 0.0,
+            weighed: 0.0,
             largest_u: 0.0,
             step: None,
         }
@@ -190,7 +141,7 @@ impl Parts {
     ///
     /// Errors: lines of another campaign; values and uncertainties that no fit takes.
     pub fn push(&self, part: &mut Part, values: &[(&DesignRow, Observation)]) -> Result<()> {
-        let (k, n) = (values.len(), self.template.unknowns() + self.carried.len());
+        let (k, n) = (values.len(), self.asked.campaign.unknowns() + self.carried.len());
         let u = |value: &Observation| value.u.unwrap_or(1.0 / value.samples.sqrt());
         let rows = Mat::from_fn(k, n, |i, j| {
             // a line of another campaign: refused as not finite
@@ -204,10 +155,11 @@ impl Parts {
                 *(if value.u.is_none() { open } else { stated }) = true;
             }
             part.largest = part.largest.max(value.value.abs());
-            if value.u.is_none() || self.settings.weighting == Weighting::Relative {
-                part.arithmetic = part.arithmetic.max(2.0 * f64::EPSILON * value.value.abs() / u(value));
+            if value.u.is_none() || self.asked.settings.weighting == Weighting::Relative {
+                part.weighed = part.weighed.max(value.value.abs() / u(value));
                 part.largest_u = part.largest_u.max(u(value));
-                if !self.template.bench.sensors.get(value.sensor).is_some_and(crate::bench::Sensor::is_reference) {
+                if !self.asked.campaign.bench.sensors.get(value.sensor).is_some_and(crate::bench::Sensor::is_reference)
+                {
                     part.step = Some(finer(part.step, value.value));
                 }
             }
@@ -218,38 +170,17 @@ impl Parts {
     /// The part of a device that was packed. Errors: numbers that are no part of this campaign.
     pub fn unpack(&self, packed: &[f64]) -> Result<Part> {
         let mut part = self.nothing();
-        let [largest, arithmetic, largest_u, step, rest @ ..] = packed else {
+        let [largest, weighed, largest_u, step, rest @ ..] = packed else {
             return Err(Malformed::new(Fault::Value, "these numbers are no part of a device"));
         };
         // too short: refused by `unpack`
         let (met, fold) = rest.split_at_checked(part.met.len()).unwrap_or_default();
-        part.fold = Fold::unpack(self.template.unknowns(), self.carried.len(), fold)?;
+        part.fold = Fold::unpack(self.asked.campaign.unknowns(), self.carried.len(), fold)?;
         part.met = met.iter().map(|code| [code % 2.0 >= 1.0, *code >= 2.0]).collect();
-        (part.largest, part.arithmetic, part.largest_u) = (*largest, *arithmetic, *largest_u);
+        (part.largest, part.weighed, part.largest_u) = (*largest, *weighed, *largest_u);
         part.step = if *step == f64::NEG_INFINITY { None } else { Some(*step) };
         Ok(part)
     }
-}
-
-/// What is carried along: `df/dp` of every known input with an uncertainty, and its derivative by each unknown that it depends on.
-fn carried(campaign: &Campaign) -> Vec<PropagatedCalibration> {
-    let mut list = Vec::new();
-    for (parameter, input) in campaign.parameters.iter().enumerate() {
-        let Role::Known(known) = input.role else { continue };
-        if known.u == 0.0 {
-            continue;
-        }
-        list.push(PropagatedCalibration { parameter, known, by: None });
-        for (j, unknown) in campaign.estimated().iter().enumerate() {
-            let both = [input.id.as_str(), unknown.id.as_str()];
-            let apart = input.kind == Kind::Coefficient
-                && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&both));
-            if !apart {
-                list.push(PropagatedCalibration { parameter, known, by: Some(j) });
-            }
-        }
-    }
-    list
 }
 
 impl Part {
@@ -265,7 +196,7 @@ impl Part {
             *sensor = [sensor[0] || met[0], sensor[1] || met[1]];
         }
         self.largest = self.largest.max(other.largest);
-        self.arithmetic = self.arithmetic.max(other.arithmetic);
+        self.weighed = self.weighed.max(other.weighed);
         self.largest_u = self.largest_u.max(other.largest_u);
         self.step = match (self.step, other.step) {
             (Some(a), Some(b)) => Some(if a.is_nan() || b.is_nan() { f64::NAN } else { a.min(b) }),
@@ -277,17 +208,17 @@ impl Part {
     /// The part as numbers, for [`Parts::unpack`].
     pub fn pack(&self) -> Vec<f64> {
         // packed as what no step is
-        let mut numbers = vec![self.largest, self.arithmetic, self.largest_u, self.step.unwrap_or(f64::NEG_INFINITY)];
+        let mut numbers = vec![self.largest, self.weighed, self.largest_u, self.step.unwrap_or(f64::NEG_INFINITY)];
         numbers.extend(self.met.iter().map(|[with, without]| f64::from(u8::from(*with) + 2 * u8::from(*without))));
         numbers.extend(self.fold.pack());
         numbers
     }
 
-    /// The square of the scale that the rounding of the readings alone would have.
+    /// The scale that the rounding of the readings alone would have.
     fn least(&self) -> f64 {
         // numbers of full precision have no step
-        let step = self.step.filter(|step| !step.is_nan()).unwrap_or(0.0);
-        self.arithmetic.powi(2).max((step / 12f64.sqrt() / self.largest_u).powi(2))
+        let step = self.step.filter(|step| !step.is_nan());
+        fit::rounding_of(step, (self.weighed, self.largest_u))
     }
 }
 
@@ -312,29 +243,22 @@ fn finer(so_far: Option<f64>, value: f64) -> f64 {
 impl Parts {
     /// A device's answer: estimates, uncertainties, rank and global test as its own fit says them.
     pub fn finish(&self, label: &str, part: &Part, coverage: &mut Coverage) -> Row {
-        let quantities = self.template.unknowns() + self.derived.len();
+        let quantities = self.asked.campaign.unknowns() + self.asked.derived.len();
         self.row(label, part, coverage).unwrap_or_else(|error| Row::without(label, quantities, &error))
     }
 
     /// Is the scatter of the readings estimated from them?
     fn is_scaled(&self, part: &Part) -> Result<bool> {
-        let sensors = || self.template.bench.sensors.iter().zip(&part.met);
+        let sensors = || self.asked.campaign.bench.sensors.iter().zip(&part.met);
         if let Some((sensor, _)) = sensors().find(|(_, met)| **met == [true, true]) {
-            let id = &sensor.id;
-            return Err(Malformed::new(
-                Fault::Missing,
-                format!("some readings of {id} have a stated uncertainty and some have none"),
-            )
-            .expected(format!(
-                "{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"
-            )));
+            return Err(fit::stated_here_and_there(&sensor.id));
         }
-        let relative = self.settings.weighting == Weighting::Relative;
+        let relative = self.asked.settings.weighting == Weighting::Relative;
         let read: Vec<bool> =
             sensors().filter(|(_, met)| **met != [false, false]).map(|(_, met)| relative || met[1]).collect();
         match read.as_slice() {
             [] => {
-                let ids: Vec<&str> = self.template.bench.sensors.iter().map(|s| s.id.as_str()).collect();
+                let ids: Vec<&str> = self.asked.campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
                 Err(Malformed::new(Fault::Missing, "no reading has a sensor value")
                     .expected(format!("readings with a value for {}", ids.join(" or "))))
             }
@@ -349,8 +273,8 @@ impl Parts {
     }
 
     fn row(&self, label: &str, part: &Part, coverage: &mut Coverage) -> Result<Row> {
-        let (template, settings) = (&self.template, &self.settings);
-        let n = template.unknowns();
+        let Asked { campaign, settings, reference, .. } = &self.asked;
+        let n = campaign.unknowns();
         let scaled = self.is_scaled(part)?;
         if part.largest > 0.0 && part.largest < fit::LEAST {
             return Err(Malformed::new(
@@ -360,35 +284,28 @@ impl Parts {
             .expected("units in which it lies between 1e-70 and 1e70")
             .found(format!("{:e}", part.largest)));
         }
-        let joined;
-        let fold = if self.priors.is_empty() {
-            &part.fold
-        } else {
-            let mut fold = part.fold.clone();
-            for (k, difference, u) in &self.priors {
-                let row = Mat::from_fn(1, n + self.carried.len(), |_, j| f64::from(u8::from(j == *k)));
-                fold.push(row.as_ref(), &[*difference], &[*u])?;
-            }
-            joined = fold;
-            &joined
-        };
-        let group = if scaled { Group::Estimated(0) } else { Group::Known };
-        let folded = fold.finish(group, &settings.adjust)?;
-        let (dof, squares) = (folded.dof, folded.sum_of_squares);
-        let Unknowns { solution, cofactor, .. } = &folded.unknowns;
-        let readings = if self.priors.is_empty() { None } else { Some(of_readings(cofactor, part.fold.triangle())) };
-        let known = self.known(fold, &folded)?;
+        // observations and priors about one point
+        let about = |j: usize| part.fold.about().get(j).copied().unwrap_or(0.0);
+        let priors: Vec<(usize, f64, f64)> =
+            self.priors.iter().map(|(k, difference, u)| (*k, difference - about(*k), *u)).collect();
+        let blocks = vec![Block::folded(&part.fold), Block::stated(n + self.carried.len(), &priors)];
+        let rows = Compressed::of(blocks, n, 0);
+        let Scaled { mut unknowns, sum_of_squares: squares, factor, .. } =
+            rows.adjust(&ScaleHints::default(), &settings.adjust)?;
+        unknowns.solution.iter_mut().enumerate().for_each(|(j, x)| *x += about(j));
+        let (solution, cofactor) = (&unknowns.solution, &unknowns.cofactor);
+        let dof = (part.fold.rows() + priors.len()).saturating_sub(unknowns.rank);
+        let readings = if priors.is_empty() { None } else { Some(of_readings(cofactor, part.fold.triangle())) };
+        let known = self.known(&rows, &factor, solution)?;
         let least = part.least();
-        let extended = self.extended(fold, solution, scaled.then_some(least))?;
+        let extended = self.extended(&rows, solution, scaled.then_some(least))?;
         let scale = extended.as_ref().filter(|_| scaled && dof > 0).and_then(|solved| solved.scale.first().copied());
         let question = Question {
-            campaign: template,
-            settings,
-            derived: &self.derived,
-            reference: &self.reference,
+            asked: &self.asked,
+            reference,
             known: &known,
             scaled,
-            rank: folded.unknowns.rank,
+            rank: unknowns.rank,
             dof,
             scale_dof: match (&extended, scale) {
                 (Some(solved), Some(_)) => solved.redundancy.first().map_or(0.0, |r| r.max(NO_REDUNDANCY)),
@@ -399,11 +316,11 @@ impl Parts {
         let answer = Answer {
             label,
             device: None,
-            unknowns: Some(&folded.unknowns),
+            unknowns: Some(&unknowns),
             dx: solution,
             cofactor,
             share: readings.as_ref().unwrap_or(cofactor),
-            variance: scale.map(|scale| scale * scale).or_else(|| question.variance(squares, |_| least)),
+            variance: scale.map(|scale| scale * scale).or_else(|| question.variance(squares, || least)),
             squares,
             tested: extended.map_or(squares, |solved| solved.sum_of_squares),
             readings: part.fold.rows(),
@@ -420,49 +337,39 @@ impl Parts {
     }
 
     /// The rows beside the known inputs that have an uncertainty ([`crate::estimate::System::with_inputs`]), from which scale and tests come; `None` where there are none.
-    fn extended(&self, fold: &Fold, solution: &[f64], least: Option<f64>) -> Result<Option<Scaled>> {
-        let (n, triangle) = (self.template.unknowns(), fold.triangle());
-        let last = triangle.ncols() - 1;
-        let mut inputs: Vec<(usize, Vec<f64>)> = Vec::new();
-        for (place, carried) in self.carried.iter().enumerate() {
-            let share = carried.known.u * carried.by.map_or(1.0, |j| solution.at(j));
-            let added = triangle.col(n + place).iter().map(|c| share * c);
-            match inputs.last_mut().filter(|(parameter, _)| *parameter == carried.parameter) {
-                Some((_, whole)) => whole.iter_mut().zip(added).for_each(|(to, c)| *to += c),
-                None => inputs.push((carried.parameter, added.collect())),
-            }
-        }
+    fn extended(&self, rows: &Compressed, solution: &[f64], least: Option<f64>) -> Result<Option<Scaled>> {
+        let n = self.asked.campaign.unknowns();
+        let mut inputs: Vec<usize> = self.carried.iter().map(|carried| carried.parameter).collect();
+        inputs.dedup();
         if inputs.is_empty() {
             return Ok(None);
         }
         let k = inputs.len();
-        let of = |i: usize, j: usize| inputs.get(j).and_then(|(_, column)| column.get(i)).copied().unwrap_or(0.0);
-        let readings = Block {
-            rows: Mat::from_fn(last + 1, n + k, |i, j| j.checked_sub(n).map_or(triangle[(i, j)], |j| of(i, j))),
-            observed: triangle.col(last).iter().copied().collect(),
-            size: fold.rows(),
-            own: None,
-            magnitude: 0.0,
-            log_determinant: 0.0,
+        let extended = |block: &Block| {
+            let mut own = Mat::zeros(block.rows.nrows(), n + k);
+            own.subcols_mut(0, n).copy_from(block.rows.subcols(0, n));
+            for (place, carried) in self.carried.iter().enumerate() {
+                let Some(j) = inputs.iter().position(|own| *own == carried.parameter) else { continue };
+                let share = carried.known.u * carried.by.map_or(1.0, |j| solution.at(j));
+                let from = block.rows.col_as_slice(n + place);
+                own.col_as_slice_mut(n + j).iter_mut().zip(from).for_each(|(to, c)| *to += share * c);
+            }
+            Block { rows: own, ..block.clone() }
         };
-        let stated = Block {
-            rows: Mat::from_fn(k, n + k, |i, j| f64::from(u8::from(i + n == j))),
-            observed: vec![0.0; k],
-            size: k,
-            ..readings.clone()
-        };
-        let least: Vec<f64> = least.iter().map(|variance| variance.sqrt()).collect();
-        let rows = Compressed::of(vec![readings, stated], n + k, least.len());
-        Ok(Some(rows.adjust(&ScaleHints { least: &least, ..ScaleHints::default() }, &self.settings.adjust)?))
+        let stated: Vec<(usize, f64, f64)> = (n..n + k).map(|j| (j, 0.0, 1.0)).collect();
+        let blocks = rows.blocks.iter().map(extended).chain([Block::stated(n + k, &stated)]).collect();
+        let least: Vec<f64> = least.into_iter().collect();
+        let rows = Compressed::of(blocks, n + k, least.len());
+        Ok(Some(rows.adjust(&ScaleHints { least: &least, ..ScaleHints::default() }, &self.asked.settings.adjust)?))
     }
 
     /// How the unknowns follow each known input that has an uncertainty: `-(dx/dy) df/dp` at the solution.
-    fn known(&self, fold: &Fold, folded: &Folded) -> Result<Vec<Input>> {
+    fn known(&self, rows: &Compressed, factor: &Factor, solution: &[f64]) -> Result<Vec<Input>> {
         let mut found: Vec<Input> = Vec::new();
         for (place, carried) in self.carried.iter().enumerate() {
-            let share = carried.by.map_or(1.0, |j| folded.unknowns.solution.at(j));
-            let Some(follow) = fold.follow(place, &self.settings.adjust)? else { continue };
-            let PropagatedCalibration { parameter, known, .. } = *carried;
+            let share = carried.by.map_or(1.0, |j| solution.at(j));
+            let follow = rows.follow(factor, place)?;
+            let Carried { parameter, known, .. } = *carried;
             if found.last().is_none_or(|last| last.index != parameter) {
                 found.push(Input { index: parameter, known, base: vec![0.0; follow.len()], slope: Vec::new() });
             }

@@ -1,8 +1,11 @@
 //! What is tested of the residuals of a device: their size, signs in their order, normality, lack of fit beside replicates.
+#![allow(clippy::indexing_slicing, reason = "a `Lane` has `LANES` numbers")]
 
-use super::block::{Lane, network, normality};
+use super::block::{LANES, Lane, Sums, lane, network, normality};
+use crate::fit;
 use crate::mix::Mix;
-use crate::quality::{self, NormalScores, Snooping};
+use crate::number;
+use crate::quality::{self, NormalScores, Whitened};
 use crate::uncertainty::quantiles;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -12,6 +15,48 @@ use std::hash::BuildHasherDefault;
 const NETWORK: usize = 256;
 /// Share of a threshold within which the exact probability decides.
 const SLACK: f64 = 1e-6;
+
+/// Rows whose uncertainties differ by more than this factor want the refinement of a fit of their own.
+pub(super) const UNLIKE: f64 = 100.0;
+
+/// What is known of the values of a device before anything is computed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    /// The least positive and the largest size.
+    values: [f64; 2],
+    /// The largest in units of its uncertainty.
+    pub weighed: f64,
+    /// Least and largest weight.
+    weights: [f64; 2],
+}
+
+impl Sizes {
+    pub const NONE: Sizes = Sizes { values: [f64::INFINITY, 0.0], weighed: 0.0, weights: [f64::INFINITY, 0.0] };
+
+    /// A value and the reciprocal of its uncertainty.
+    #[inline(always)]
+    pub fn take(&mut self, value: f64, weight: f64) {
+        let less = |a: f64, b: f64| if a < b { a } else { b };
+        let more = |a: f64, b: f64| if a > b { a } else { b };
+        let size = value.abs();
+        let ([least, most], [lightest, heaviest]) = (self.values, self.weights);
+        self.values = [if size > 0.0 { less(size, least) } else { least }, more(size, most)];
+        self.weighed = more(size * weight, self.weighed);
+        self.weights = [less(weight, lightest), more(weight, heaviest)];
+    }
+
+    /// Can they be squared, and are they weighed alike?
+    pub fn are_plain(&self) -> bool {
+        let ([least, most], [lightest, heaviest]) = (self.values, self.weights);
+        // reciprocals are rounded
+        !(most > fit::MOST || least < fit::LEAST || heaviest * (1.0 - 1e-12) > UNLIKE * lightest)
+    }
+
+    /// The largest value in units of its uncertainty, and the largest uncertainty.
+    pub fn in_units(&self) -> (f64, f64) {
+        (self.weighed, 1.0 / self.weights[0])
+    }
+}
 
 /// What the tests of devices of one shape share.
 #[derive(Debug, Clone)]
@@ -39,11 +84,17 @@ impl Tests {
         Tests { scores: NormalScores::new(sorted), network, dof, scaled, threshold }
     }
 
-    /// Probabilities of the test of normality of eight devices, where they are sorted side by side.
+    /// Probabilities of the test of normality of eight devices; NaN where there is none.
     #[inline(always)]
-    pub fn normality(&self, values: &mut [Lane]) -> Option<Lane> {
-        let scores = self.scores.as_ref().filter(|_| !self.network.is_empty())?;
-        Some(normality(scores, &self.network, values))
+    pub fn normality(&self, values: &mut [Lane]) -> Lane {
+        match &self.scores {
+            None => [f64::NAN; LANES],
+            Some(scores) if self.network.is_empty() => std::array::from_fn(|l| {
+                let mut own: Vec<f64> = lane(values, l).collect();
+                scores.test(&mut own).map_or(f64::NAN, |test| test.p)
+            }),
+            Some(scores) => normality(scores, &self.network, values),
+        }
     }
 
     /// Can the reading with the largest gain be suspicious? Of sums of squares near the threshold the exact probability decides.
@@ -60,7 +111,12 @@ impl Tests {
 }
 
 /// Suspicious readings, counted from 1 among the device's rows, and the probability of the most significant; `reading` is that of a row, from 0.
-pub(super) fn suspects(found: Option<&Snooping>, reading: impl Fn(usize) -> Option<usize>) -> (Vec<usize>, f64) {
+pub(super) fn suspects(
+    whitened: &Whitened<'_>,
+    (readings, level): (usize, f64),
+    reading: impl Fn(usize) -> Option<usize>,
+) -> (Vec<usize>, f64) {
+    let found = quality::snoop(whitened, readings, level);
     let suspects = || found.iter().flat_map(|found| &found.suspects);
     let least = suspects().map(|suspect| suspect.p).fold(f64::NAN, f64::min);
     (suspects().filter_map(|suspect| Some(reading(suspect.row)? + 1)).collect(), least)
@@ -115,8 +171,16 @@ impl Cells {
     }
 }
 
+/// The smallest probability of the runs tests of the sensors; `rows` are the sensor of each residual, and its place in their order.
+pub(super) fn least_runs_p(rows: impl Iterator<Item = (usize, usize, f64)>) -> f64 {
+    let mut sorted: Vec<(usize, usize, f64)> = rows.collect();
+    sorted.sort_by_key(|(sensor, place, _)| (*sensor, *place));
+    let of_sensor = sorted.chunk_by(|a, b| a.0 == b.0).map(|own| runs_p(own.iter().map(|(.., v)| *v)));
+    of_sensor.fold(f64::NAN, f64::min)
+}
+
 /// Probability of the runs test; NaN where there is none. Equal counts have equal probabilities, and return often.
-pub(super) fn runs_p(residuals: impl Iterator<Item = f64>) -> f64 {
+fn runs_p(residuals: impl Iterator<Item = f64>) -> f64 {
     let (mut positive, mut negative, mut runs, mut last) = (0_usize, 0_usize, 0_usize, None);
     for v in residuals.filter(|v| *v != 0.0 && v.is_finite()) {
         let sign = v > 0.0;
@@ -131,8 +195,16 @@ pub(super) fn runs_p(residuals: impl Iterator<Item = f64>) -> f64 {
     runs_of(positive, negative, runs)
 }
 
+impl Sums {
+    /// The same of all residuals of one of the eight, none of them zero.
+    pub(super) fn runs_p(&self, l: usize, count: usize) -> f64 {
+        let positive = number::count(self.positive[l]);
+        runs_of(positive, count - positive, 1 + number::count(self.changes[l]))
+    }
+}
+
 /// The same by counts.
-pub(super) fn runs_of(positive: usize, negative: usize, runs: usize) -> f64 {
+fn runs_of(positive: usize, negative: usize, runs: usize) -> f64 {
     let key = (positive, negative, runs);
     RUNS.with_borrow_mut(|seen| {
         if seen.len() > RUNS_KEPT {

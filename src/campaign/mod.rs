@@ -258,6 +258,29 @@ impl Campaign {
         self.parameters.iter().map(Parameter::reference).collect()
     }
 
+    /// Priors: the unknown, its value and the standard uncertainty of that.
+    pub(crate) fn priors(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        self.estimated().iter().enumerate().filter_map(|(k, own)| match &own.role {
+            Role::Estimated { prior: Some(prior), .. } => Some((k, prior.value, prior.u)),
+            _ => None,
+        })
+    }
+
+    /// Known inputs that have an uncertainty: the parameter, and what is known of it.
+    pub(crate) fn uncertain(&self) -> impl Iterator<Item = (usize, Known)> + '_ {
+        self.parameters.iter().enumerate().filter_map(|(k, own)| match own.role {
+            Role::Known(known) if known.u != 0.0 => Some((k, known)),
+            _ => None,
+        })
+    }
+
+    /// Is every sensor's line affine in the unknowns, and no unknown an angle of the chain?
+    pub(crate) fn is_linear(&self) -> bool {
+        let names: Vec<&str> = self.estimated().iter().map(|p| p.id.as_str()).collect();
+        self.estimated().iter().all(|p| p.kind != Kind::Tilt)
+            && self.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))
+    }
+
     /// The same question without readings, whose numeric columns are those named.
     pub(crate) fn without_readings(&self, columns: &[String]) -> Self {
         self.with_readings(Readings { columns: columns.to_vec(), rows: Vec::new() })

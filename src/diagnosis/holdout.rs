@@ -7,7 +7,7 @@
 use super::noise::{Weighted, positions};
 use crate::campaign::Campaign;
 use crate::elements::Elements;
-use crate::estimate::{Floor, Group, Settings, System, adjust};
+use crate::estimate::{Floor, Settings, adjust};
 use crate::fit::Fit;
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
@@ -146,12 +146,7 @@ impl<'a> Scattered<'a> {
         rows.resize_with(m, fit.system.rows.ncols(), |_, _| 0.0);
         let mut observed = fit.system.observed.clone();
         observed.resize(m, 0.0);
-        let white = System {
-            rows: whitening.whiten_columns(&rows),
-            observed: whitening.whiten(&observed),
-            u: vec![1.0; m],
-            group: vec![Group::Known; m],
-        };
+        let white = whitening.system(&rows, &observed);
         let adjusted = adjust(&white, &Settings::default()).ok()?;
         let q = adjusted.factor.thin_q();
         let basis = (0..q.ncols()).map(|k| {

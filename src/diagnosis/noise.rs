@@ -101,8 +101,7 @@ impl Weighted {
         for j in 0..all.ncols() {
             white.col_as_slice_mut(j).copy_from_slice(&self.whiten(all.col_as_slice(j)));
         }
-        let system =
-            System { rows: white, observed: self.residual.clone(), u: vec![1.0; m], group: vec![Group::Known; m] };
+        let system = System::known(white, self.residual.clone(), vec![1.0; m]);
         let adjusted = crate::estimate::adjust(&system, &crate::estimate::Settings::default())?;
         Ok((all, adjusted.unknowns.solution))
     }
@@ -287,12 +286,7 @@ fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finis
         }
     };
     let floor = fit::floor(campaign, design, &system, &variances);
-    let white = System {
-        rows: floor.whitening().whiten_columns(&system.rows),
-        observed: floor.whitening().whiten(&system.observed),
-        u: vec![1.0; m],
-        group: vec![Group::Known; m],
-    };
+    let white = floor.whitening().system(&system.rows, &system.observed);
     let mut estimate = fit::adjust_with_equations(campaign, design, &white)?;
     let residual = estimate.residuals.clone();
     let rss = residual.iter().map(|v| v * v).sum();

@@ -6,11 +6,14 @@
 
 use super::compress::Compressed;
 use super::factor::Factor;
-use super::groups::ScaleHints;
-use super::refine::Refined;
+use super::groups::{self, ScaleHints};
+use super::refine::{self, Refined};
+use super::scatter::chain::Part as NoisePart;
+use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
 use super::unknowns::Unknowns;
-use super::{Group, Settings, System, groups, refine};
+use super::{Group, Settings, System};
 use crate::error::{Fault, Malformed, Result};
+use faer::Mat;
 
 /// What the readings say about the unknowns, and how well. Every number in it is finite.
 #[derive(Debug, Clone)]
@@ -96,14 +99,11 @@ pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &
     system.check()?;
     let count = groups::count(&system.group);
     let alone = is_alone(system, count);
-    let scales = if count == 0 || alone {
-        groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
-    } else {
-        groups::scales(&Compressed::new(system, count), hints, settings)?
+    let scales = match count == 0 || alone {
+        true => groups::Scales::none(count),
+        false => groups::scales(&Compressed::new(system, count), hints, settings)?,
     };
-    // a group without redundancy keeps its relative weights
-    let entering: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
-    let weight = groups::weights(system, &entering);
+    let weight = groups::weights(system, &scales.entering());
     let factor = Factor::new(system.rows.as_ref(), weight, 0, settings.rank_tolerance)?;
     let fit = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements);
 
@@ -189,13 +189,11 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
         };
     }
     let compressed = Compressed::new(system, count);
-    let scales = if count == 0 || is_alone(system, count) {
-        groups::Scales { scale: vec![None; count], iterations: 0, converged: true }
-    } else {
-        groups::scales(&compressed, hints, settings)?
+    let scales = match count == 0 || is_alone(system, count) {
+        true => groups::Scales::none(count),
+        false => groups::scales(&compressed, hints, settings)?,
     };
-    // a group without redundancy keeps its relative weights
-    let group_scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
+    let group_scale = scales.entering();
     let factor = compressed.factor(|g| group_scale[g], settings)?;
     let solution = compressed.solve(&factor, 1).solution;
     let residuals = system.residuals(&solution);
@@ -238,4 +236,50 @@ impl Estimate {
 fn out_of_range() -> Malformed {
     Malformed::new(Fault::Value, "the adjusted values leave the range of a double")
         .expected("units in which observations, derivatives and uncertainties lie nearer to 1")
+}
+
+/// What estimated scales cost beyond the covariance that takes them as known.
+#[derive(Debug, Clone)]
+pub struct ScaleUncertainty {
+    /// Covariance of the groups' variances, each relative to its estimate.
+    pub relative: Mat<f64>,
+    /// Addition to the covariance of the unknowns, `n x n` (M. G. Kenward, J. H. Roger, Biometrics 53 (1997), 983-997).
+    pub correction: Mat<f64>,
+}
+
+impl Estimate {
+    /// How uncertain the scales of several groups are, and what that adds to the covariance of the unknowns; `None` where no scale was
+    /// estimated beside others (one group alone leaves the weights as they are, and Student's distribution says the rest).
+    ///
+    /// With `G_g = Q_g' Q_g` and `W = 2 S^-1`, the covariance of the relative variances, the addition is
+    /// `2 T (sum_g W_gg G_g - sum_gh W_gh G_g G_h) T'`, `T T'` being the covariance with known scales: Kenward and Roger's formula for
+    /// `V = diag(s_g^2 u^2)` (`scatter/restricted.rs`).
+    pub fn scale_uncertainty(&self, system: &System) -> Option<ScaleUncertainty> {
+        let count = groups::count(&system.group);
+        if self.group_iterations == 0 || count == 0 {
+            return None;
+        }
+        let index = |group: &Group| if let Group::Estimated(g) = group { *g } else { count };
+        let part = |g: usize| {
+            let all = 0..system.group.len().min(self.residuals.len());
+            let rows: Vec<usize> = all.filter(|i| index(&system.group[*i]) == g).collect();
+            NoisePart::white(rows.len() as f64, 0.0, groups::sums(&self.factor, &self.residuals, &rows))
+        };
+        let parts: Vec<NoisePart> = (0..=count).map(part).collect();
+        // the rows have their weights
+        let white = |g: usize| if g < count { Slot::Free(g) } else { Slot::Stated(1.0) };
+        let model = NoiseModel {
+            parts: (0..=count).map(|g| PartNoise { white: white(g), deviation: None }).collect(),
+            range: vec![(f64::NEG_INFINITY, f64::INFINITY); count],
+            columns: self.factor.rank(),
+        };
+        let found = model.likelihood(&vec![0.0; count], &parts)?;
+        let among: Vec<usize> = (0..count).filter(|g| found.redundancy[*g] > groups::NO_REDUNDANCY).collect();
+        let (relative, correction) = found.costs(&model, &among);
+        let directions = self.factor.whitened_directions();
+        let correction = &directions * correction * directions.transpose();
+        let finite =
+            |matrix: &Mat<f64>| (0..matrix.ncols()).flat_map(|j| matrix.col_as_slice(j)).all(|value| value.is_finite());
+        (finite(&relative) && finite(&correction)).then_some(ScaleUncertainty { relative, correction })
+    }
 }

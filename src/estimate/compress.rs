@@ -8,7 +8,7 @@
 )]
 
 use super::factor::Factor;
-use super::fold::triangle_of;
+use super::fold::{Fold, triangle_of};
 use super::refine::{self, Refined};
 use super::scatter::chain::Part as NoisePart;
 use super::unknowns::Unknowns;
@@ -35,6 +35,30 @@ pub(crate) struct Block {
 }
 
 impl Block {
+    /// Single unknowns of so many columns, each with its value and the standard uncertainty of that.
+    pub fn stated(columns: usize, values: &[(usize, f64, f64)]) -> Self {
+        let of = |i: usize, j: usize| values.get(i).filter(|(k, ..)| *k == j).map_or(0.0, |(.., u)| 1.0 / u);
+        Block {
+            rows: Mat::from_fn(values.len(), columns, of),
+            observed: values.iter().map(|(_, value, u)| value / u).collect(),
+            size: values.len(),
+            own: None,
+            magnitude: 0.0,
+            log_determinant: 0.0,
+        }
+    }
+
+    /// The triangle of a fold, observations about its point.
+    pub fn folded(fold: &Fold) -> Self {
+        let (triangle, n) = (fold.triangle(), fold.unknowns());
+        let last = triangle.ncols() - 1;
+        let observed: Vec<f64> = triangle.col(last).iter().copied().collect();
+        let dof = fold.rows().saturating_sub(n);
+        let own = (dof > 0).then(|| (observed[n..].iter().map(|rho| rho * rho).sum(), dof));
+        let rows = triangle.subcols(0, last).to_owned();
+        Block { rows, observed, size: fold.rows(), own, magnitude: 0.0, log_determinant: 0.0 }
+    }
+
     /// What the rows say in some directions of the unknowns, a step away.
     pub fn part(&self, directions: &Mat<f64>, step: &[f64]) -> NoisePart {
         let rows = crate::linear::turned(&self.rows, &self.observed, directions, step);

@@ -33,15 +33,11 @@ pub(crate) struct Eight {
     pub weight: Vec<Lane>,
     /// `n`.
     pub solution: Vec<Lane>,
-    /// Variances of the unknowns for a unit weight of variance 1, `n`.
-    pub variance: Vec<Lane>,
-    /// `sum (v/u)^2`, before any refinement.
-    pub squares: Lane,
     /// At least the condition number of the scaled columns; not a number, or infinite, where there is none.
     pub condition: Lane,
-    /// Observed minus fitted, `m`, in the unit of the observations; after refinement.
+    /// Observed minus fitted, `m`, in the unit of the observations.
     pub residuals: Vec<Lane>,
-    /// Leverages, `m`; after refinement.
+    /// Leverages, `m`.
     pub leverage: Vec<Lane>,
     /// Orthogonal columns and the weighted residuals, one after the other, `(n + 1) x m`.
     q: Vec<Lane>,
@@ -65,15 +61,15 @@ impl Eight {
         }
         self.upper.resize((n + 1) * n, zero);
         self.directions.resize(n * n, zero);
-        for list in [&mut self.solution, &mut self.variance, &mut self.lengths] {
+        for list in [&mut self.solution, &mut self.lengths] {
             list.resize(n, zero);
         }
     }
 
-    /// Solve: estimates, their variances and the sum of squares; with `refined` by one step of it, residuals and leverages.
-    pub(crate) fn solve(&mut self, arch: Arch, refined: bool) {
+    /// Solve, and refine by one step.
+    pub(crate) fn solve(&mut self, arch: Arch) {
         if self.m > 0 && self.n > 0 {
-            arch.dispatch(Solve { eight: self, refined });
+            arch.dispatch(Solve { eight: self });
         }
     }
 
@@ -92,7 +88,6 @@ impl Eight {
 
 struct Solve<'a> {
     eight: &'a mut Eight,
-    refined: bool,
 }
 
 impl WithSimd for Solve<'_> {
@@ -100,8 +95,8 @@ impl WithSimd for Solve<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Eight { m, n, rows, observed, weight, solution, variance, squares, condition, .. } = self.eight;
-        let Eight { residuals, leverage, q, lengths, upper, directions, .. } = self.eight;
+        let Eight { m, n, rows, observed, weight, solution, condition, residuals, .. } = self.eight;
+        let Eight { leverage, q, lengths, upper, directions, .. } = self.eight;
         let (m, n) = (*m, *n);
         for (to, from) in q.chunks_exact_mut(m).zip(rows.chunks_exact(m).chain([observed.as_slice()])) {
             to.iter_mut().zip(from).zip(&*weight).for_each(|((to, a), w)| *to = times(a, w));
@@ -143,16 +138,11 @@ impl WithSimd for Solve<'_> {
             let (mut own, mut norm) = (ZERO, lengths[i]);
             (i..n).for_each(|k| plus(&mut own, &directions[at(i, k)], &directions[at(i, k)]));
             (0..i).for_each(|k| plus(&mut norm, &times(&upper[at(k, i)], &upper[at(k, i)]), &lengths[k]));
-            variance[i] = own;
             plus(&mut sum_of_shares, &own, &norm);
         }
         *condition = each(|l| (sum_of_shares[l] * n as f64).sqrt());
         let (q, rest) = q.split_at_mut(n * m);
-        *squares = dot(rest, rest);
-        if !self.refined {
-            return;
-        }
-        left(rows, observed, solution, residuals);
+        left(|i, j| rows[j * m + i], observed, solution, residuals);
         rest.iter_mut().zip(&*residuals).zip(&*weight).for_each(|((to, v), w)| *to = times(v, w));
         leverage.fill(ZERO);
         for (k, own) in q.chunks_exact(m).enumerate() {
@@ -162,7 +152,7 @@ impl WithSimd for Solve<'_> {
             let reciprocal = each(|l| 1.0 / lengths[k][l]);
             leverage.iter_mut().zip(own).for_each(|(h, q)| plus(h, &times(q, q), &reciprocal));
         }
-        left(rows, observed, solution, residuals);
+        left(|i, j| rows[j * m + i], observed, solution, residuals);
     }
 }
 
@@ -183,7 +173,7 @@ fn times(a: &Lane, b: &Lane) -> Lane {
 
 /// `sum += a b`.
 #[inline(always)]
-fn plus(sum: &mut Lane, a: &Lane, b: &Lane) {
+pub(crate) fn plus(sum: &mut Lane, a: &Lane, b: &Lane) {
     *sum = each(|l| a[l].mul_add(b[l], sum[l]));
 }
 
@@ -200,14 +190,13 @@ fn dot(a: &[Lane], b: &[Lane]) -> Lane {
     each(|l| even[l] + odd[l])
 }
 
-/// `v = y - A x`, accumulated as high + low.
+/// `v = y - A x`, accumulated as high + low; `a` has the numbers of a row and an unknown.
 #[inline(always)]
-fn left(rows: &[Lane], observed: &[Lane], x: &[Lane], v: &mut [Lane]) {
-    let m = observed.len();
+pub(crate) fn left(a: impl Fn(usize, usize) -> Lane, observed: &[Lane], x: &[Lane], v: &mut [Lane]) {
     for (i, v) in v.iter_mut().enumerate() {
         let (mut high, mut low) = (observed[i], ZERO);
         for (j, x) in x.iter().enumerate() {
-            let a = &rows[j * m + i];
+            let a = a(i, j);
             for l in 0..LANES {
                 let product = a[l] * x[l];
                 let below = a[l].mul_add(x[l], -product);

@@ -15,7 +15,7 @@ use faer::{Mat, MatRef};
 
 /// Rows folded into the triangle of `W [A C y - A a] = Q [R S z; 0 T t; 0 0 rho]`.
 ///
-/// `C` are columns that are carried along (none, unless asked for): what the unknowns would be if they were observed is `Fold::follow`.
+/// `C` are columns that are carried along (none, unless asked for).
 /// The point `a` is what the first block (128 rows of it, evenly spread) says of the unknowns, or zero where it says too little; observations are taken
 /// about it, in twice the working
 /// precision, so that small residuals of large readings keep their digits. Folds of parts of the rows are joined by [`Fold::merge`].
@@ -66,6 +66,11 @@ impl Fold {
         Fold { triangle: Mat::zeros(size, size), unknowns, about: Vec::new(), rows: 0 }
     }
 
+    /// Columns that are unknowns; what is carried along follows.
+    pub(super) fn unknowns(&self) -> usize {
+        self.unknowns
+    }
+
     /// Rows folded so far.
     pub fn rows(&self) -> usize {
         self.rows
@@ -99,8 +104,8 @@ impl Fold {
     fn careful(&self, rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<Mat<f64>> {
         let (k, size) = (rows.nrows(), self.triangle.ncols());
         // said with the place and in the words of a system
-        let (group, observed, u) = (vec![Group::Known; k], observed.to_vec(), u.to_vec());
-        let system = System { rows: rows.to_owned(), observed, u, group };
+        let system =
+            System { group: vec![Group::Known; k], ..System::known(rows.to_owned(), observed.to_vec(), u.to_vec()) };
         system.check()?;
         let System { observed, u, .. } = system;
         let observed = about(rows, &observed, &self.about);
@@ -153,23 +158,6 @@ impl Fold {
             point.iter_mut().zip(above).for_each(|(c, r)| *c -= x * r);
         }
         point.iter().all(|x| x.is_finite()).then_some(point)
-    }
-
-    /// How the unknowns follow a carried column, as if it had been observed; `None` where there is no such column.
-    ///
-    /// Errors: those of [`Fold::finish`].
-    pub(crate) fn follow(&self, column: usize, settings: &Settings) -> Result<Option<Vec<f64>>> {
-        let (n, size) = (self.unknowns, self.triangle.ncols());
-        if n + column + 1 >= size {
-            return Ok(None);
-        }
-        let mut own = Fold::new(n);
-        for j in 0..n {
-            own.triangle.col_as_slice_mut(j)[..n].copy_from_slice(&self.triangle.col_as_slice(j)[..n]);
-        }
-        own.triangle.col_as_slice_mut(n)[..n].copy_from_slice(&self.triangle.col_as_slice(n + column)[..n]);
-        own.rows = self.rows;
-        Ok(Some(own.finish(Group::Known, settings)?.unknowns.solution))
     }
 
     /// The triangle of all rows so far, square: it has the inner products of the weighted columns, and of the observations about [`Fold::about`].

@@ -23,6 +23,18 @@ pub(super) struct Scales {
     pub converged: bool,
 }
 
+impl Scales {
+    /// Of groups whose scales change no weight relative to another.
+    pub(super) fn none(count: usize) -> Self {
+        Scales { scale: vec![None; count], iterations: 0, converged: true }
+    }
+
+    /// The scales as they enter the weights: a group without redundancy keeps its relative ones.
+    pub(super) fn entering(&self) -> Vec<f64> {
+        self.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect()
+    }
+}
+
 /// What is known of the groups' scales beforehand, one number for each group; empty where nothing is.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ScaleHints<'a> {
@@ -126,10 +138,10 @@ impl Compressed {
     /// Everything that the rows say of the unknowns, with estimated scales. Errors: those of [`super::adjust`].
     pub fn adjust(&self, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Scaled> {
         let scales = match self.groups {
-            0 => Scales { scale: Vec::new(), iterations: 0, converged: true },
+            0 => Scales::none(0),
             _ => self::scales(self, hints, settings)?,
         };
-        let scale: Vec<f64> = scales.scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
+        let scale = scales.entering();
         let factor = self.factor(|g| scale[g], settings)?;
         let found = self.solve(&factor, settings.refinements);
         let leverage = factor.leverages();

@@ -10,8 +10,7 @@
 
 use crate::vocabulary::vocabulary;
 
-use super::active_set::polish;
-use super::cone_program::{Answer, Face, nearest};
+use super::cone_program::{Answer, Face, nearest, polish};
 use super::{Estimate, Group, System};
 use faer::Mat;
 

@@ -20,8 +20,7 @@
 //! | `groups.rs` | the scales `s_g` of several groups, and what it costs to estimate them |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
-//! | `cone_program.rs` | the same question as clarabel takes it |
-//! | `active_set.rs` | Newton's method on the active constraints, to the last digit |
+//! | `cone_program.rs` | the same question as clarabel takes it, and its answer to the last digit |
 //! | `scatter/` | what scatters beyond the rows' own noise: whitening, REML, Kenward and Roger |
 //! | `fold.rs` | the same estimate from rows that come in blocks; folds of parts of the rows, joined |
 //! | `panel.rs` | blocks of rows folded into a triangle in the registers of the machine |
@@ -30,7 +29,6 @@
 //! Deliberately absent: normal equations, priors that are not rows, damping, a pseudo-inverse that would choose
 //! among solutions silently.
 
-mod active_set;
 mod adjust;
 mod basis;
 mod compensated;
@@ -46,27 +44,24 @@ mod inequalities;
 mod panel;
 mod pivoted;
 mod refine;
-mod scale_uncertainty;
 pub mod scatter;
 mod sequential;
 mod small_qr;
 mod unknowns;
 
-pub(crate) use adjust::adjust_hinted;
 pub use adjust::{Estimate, adjust, solve};
+pub(crate) use adjust::{ScaleUncertainty, adjust_hinted};
 pub(crate) use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
 pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;
 pub(crate) use equalities::{Elimination, adjust_on_hinted};
 pub use equalities::{Equation, Equations, adjust_on};
-pub(crate) use factor::product_by_rows;
+pub(crate) use factor::{Factor, product_by_rows};
 pub use fold::Fold;
-pub(crate) use fold::Folded;
 pub(crate) use groups::{NO_REDUNDANCY, ScaleHints};
 pub(crate) use inequalities::Side;
 pub use inequalities::{Inequality, Restricted, restrict};
-pub(crate) use scale_uncertainty::ScaleUncertainty;
 pub(crate) use scatter::{
     Absorbed, Chain, Floor, Likelihood, Mixture, NEWTON_STEPS, Node, NoiseModel, NoisePart, PartNoise, Slot, Stepped,
     TimeNoise, Variances, deviation_range, satterthwaite, scattered, scattered_with, step_scattered, time_range,
@@ -122,6 +117,11 @@ impl Default for Settings {
 }
 
 impl System {
+    /// A system whose standard uncertainties are all known.
+    pub(crate) fn known(rows: Mat<f64>, observed: Vec<f64>, u: Vec<f64>) -> Self {
+        System { rows, observed, group: vec![Group::Known; u.len()], u }
+    }
+
     /// Rows and columns.
     pub(crate) fn shape(&self) -> (usize, usize) {
         (self.rows.nrows(), self.rows.ncols())

@@ -10,7 +10,7 @@ use crate::campaign::{Campaign, Kind};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{self, Estimate, Group, ScaleHints, Scattered, System};
+use crate::estimate::{self, Estimate, ScaleHints, Scattered};
 use crate::units::ARCSEC;
 use std::collections::BTreeMap;
 
@@ -132,12 +132,6 @@ fn with_variances(
 ) -> Result<Vec<f64>> {
     let weighed = weigh(campaign, design, settings.weighting)?;
     let system = own_system(campaign, design, &weighed);
-    let m = system.observed.len();
-    let white = System {
-        rows: found.whitening.whiten_columns(&system.rows),
-        observed: found.whitening.whiten(&system.observed),
-        u: vec![1.0; m],
-        group: vec![Group::Known; m],
-    };
+    let white = found.whitening.system(&system.rows, &system.observed);
     estimate::solve(&white, &ScaleHints::default(), &settings.adjust).map(|found| found.solution)
 }

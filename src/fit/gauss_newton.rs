@@ -1,9 +1,8 @@
 //! The exact estimator: linearise, adjust, move, repeat; with a record of every step.
 //!
-//! On the way only solutions are needed (`linear.rs`); the step with all its diagnostics is made once, where the iteration ends.
+//! On the way only solutions are needed (`step::Linear`); the step with all its diagnostics is made once, where the iteration ends.
 
-use super::linear::Linear;
-use super::step::{self, Step};
+use super::step::{self, Linear, Step};
 use super::system::{differences, rounding};
 use super::{Estimator, Settings, rules, starts};
 use crate::campaign::{Campaign, Kind, Role};

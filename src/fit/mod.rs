@@ -11,8 +11,6 @@ mod checks;
 mod conditional;
 mod conformity;
 mod gauss_newton;
-mod least_absolute;
-mod linear;
 mod names;
 mod noise;
 mod parameters;
@@ -28,11 +26,10 @@ mod separate;
 mod starts;
 mod step;
 pub mod streamed;
-mod stuck;
 mod system;
 
 pub use azimuth::{Sector, sector};
-pub(crate) use checks::{Checks, cell_key, cells, positions};
+pub(crate) use checks::{Channel, Checks, cell_key, cells, changes, is_all, positions, same};
 pub(crate) use conditional::{Circle, Conditional};
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::Stop;
@@ -54,9 +51,8 @@ pub(crate) use scatter::{floor, own_noise, scattered, spelled_out, stated_varian
 pub(crate) use separate::{RankDefect, candidates, columns_read, separations};
 pub(crate) use starts::by_coefficients;
 pub(crate) use step::{adjust_meeting_equations, adjust_with_equations, contradicting_equations};
-pub(crate) use stuck::{Channel, changes, is_all, same};
-pub(crate) use system::known_inputs;
 pub use system::{Weighting, weigh};
+pub(crate) use system::{known_inputs, rounding_of, stated_here_and_there};
 
 use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, DesignMatrix, Model};
@@ -340,11 +336,7 @@ pub fn fit_owned(campaign: Campaign, settings: &Settings) -> Result<Fit> {
 
 fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let campaign: &Campaign = &given;
-    if !(settings.level > 0.0 && settings.level < 1.0) {
-        return Err(Malformed::new(Fault::Value, "the level is not a probability")
-            .expected("a number between 0 and 1, for example 0.95")
-            .found(settings.level.to_string()));
-    }
+    check_level(settings.level)?;
     check_combination(campaign, settings)?;
     askable(campaign)?;
     let spelled_out = match scatter::spelled_out(campaign, settings.remount)? {
@@ -422,6 +414,16 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
         nonlinearity,
         streamed: None,
     })
+}
+
+/// Refuse a level that is no probability.
+pub(crate) fn check_level(level: f64) -> Result<()> {
+    if level > 0.0 && level < 1.0 {
+        return Ok(());
+    }
+    Err(Malformed::new(Fault::Value, "the level is not a probability")
+        .expected("a number between 0 and 1, for example 0.95")
+        .found(level.to_string()))
 }
 
 /// Refuse a campaign that asks nothing, or whose numbers no fit can square.

@@ -5,7 +5,7 @@ use super::names::{NamedCombination, describe};
 use super::noise::ScatterSources;
 use super::rules::{self, Constraints};
 use crate::algebra::{Expression, Scratch, Tape};
-use crate::campaign::{Campaign, Derived, Kind, Known, Parameter, Role};
+use crate::campaign::{Campaign, Derived, Kind, Known, Parameter};
 use crate::design::DesignMatrix;
 use crate::elements::{Elements, Parts};
 use crate::error::Result;
@@ -111,18 +111,14 @@ pub(super) fn known_inputs<'a>(
     noise: &ScatterSources,
 ) -> Vec<(&'a str, Known, Vec<f64>)> {
     let mut inputs = Vec::new();
-    for (k, parameter) in campaign.parameters.iter().enumerate() {
-        let Role::Known(known) = parameter.role else { continue };
-        if known.u == 0.0 {
-            continue;
-        }
+    for (k, known) in campaign.uncertain() {
         let mut sensitivity = vec![0.0; campaign.unknowns()];
         for (j, c) in sensitivity.iter_mut().enumerate().take(noise.sensitivities.nrows()) {
             *c = -(0..at_solution.rows.len())
                 .map(|i| noise.sensitivities[(j, i)] * at_solution.jacobian[(i, k)])
                 .sum::<f64>();
         }
-        inputs.push((parameter.id.as_str(), known, sensitivity));
+        inputs.push((campaign.parameters.get(k).map_or("", |own| own.id.as_str()), known, sensitivity));
     }
     inputs
 }

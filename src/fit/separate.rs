@@ -4,7 +4,7 @@ use super::names::{NamedCombination, describe};
 use crate::campaign::{Campaign, JointState, Reading, Readings, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::elements::{Elements, Parts};
-use crate::estimate::{self, Estimate, Group, ScaleHints, System};
+use crate::estimate::{self, Estimate, ScaleHints, System};
 use crate::number;
 use faer::Mat;
 
@@ -168,7 +168,7 @@ fn rank_with(campaign: &Campaign, design: &DesignMatrix, row: &[f64]) -> Option<
         Some(p) if p < priors.len() => f64::from(priors.get(p) == Some(&j)),
         Some(_) => row.at(j),
     });
-    let system = System { rows, observed: vec![0.0; count], u: vec![1.0; count], group: vec![Group::Known; count] };
+    let system = System::known(rows, vec![0.0; count], vec![1.0; count]);
     let settings = estimate::Settings { refinements: 0, ..estimate::Settings::default() };
     estimate::solve(&system, &ScaleHints::default(), &settings).ok().map(|solution| solution.rank)
 }

@@ -4,8 +4,7 @@
 //! reading responds to either, though another value of one brings the other into sight. The rank is a fact of a point, not of the bench.
 
 use super::Settings;
-use super::linear::Linear;
-use super::step;
+use super::step::{self, Linear};
 use crate::campaign::{Campaign, Kind, Parameter, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;

@@ -1,7 +1,7 @@
 //! From a design matrix and readings to the weighted system: one row for each value, then one for each prior.
 
 use super::resolution;
-use crate::campaign::{Campaign, Observation, Parameter, Role};
+use crate::campaign::{Campaign, Observation};
 use crate::design::{DesignMatrix, RowOrigin};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Group, System};
@@ -70,11 +70,8 @@ pub fn weigh(campaign: &Campaign, design: &DesignMatrix, weighting: Weighting) -
 /// How the values follow the known inputs that have an uncertainty, in independent parts of unit variance, for [`System::with_inputs`]: the
 /// derivatives at the design's point, times the uncertainties and the triangle of their correlations. `None` where none is uncertain.
 pub(crate) fn known_inputs(campaign: &Campaign, design: &DesignMatrix) -> Option<Mat<f64>> {
-    let uncertain = |(k, own): (usize, &Parameter)| match own.role {
-        Role::Known(known) if known.u != 0.0 && k < design.jacobian.ncols() => Some((k, known.u)),
-        _ => None,
-    };
-    let (known, u): (Vec<usize>, Vec<f64>) = campaign.parameters.iter().enumerate().filter_map(uncertain).unzip();
+    let uncertain = campaign.uncertain().filter(|(k, _)| *k < design.jacobian.ncols());
+    let (known, u): (Vec<usize>, Vec<f64>) = uncertain.map(|(k, known)| (k, known.u)).unzip();
     if known.is_empty() {
         return None;
     }
@@ -115,15 +112,16 @@ fn read<'a>(campaign: &'a Campaign, origin: &RowOrigin) -> Result<&'a Observatio
 
 /// Priors: the unknown, how far its prior lies from the design's point, and its standard uncertainty.
 fn priors(campaign: &Campaign, design: &DesignMatrix) -> impl Iterator<Item = (usize, f64, f64)> {
-    let each = campaign.estimated().iter().zip(&design.point).enumerate();
-    each.filter_map(|(k, (parameter, reference))| match &parameter.role {
-        Role::Estimated { prior: Some(prior), .. } => Some((k, prior.value - reference, prior.u)),
-        _ => None,
-    })
+    campaign.priors().filter_map(|(k, value, u)| Some((k, value - design.point.get(k)?, u)))
 }
 
-/// For each estimated group, the scale that the rounding of its readings alone would have: two epsilons of the largest, or where they have
-/// few decimals `a/sqrt 3` of half a unit `a` of the last (JCGM 100, F.2.2.1).
+/// The scale that the rounding of readings alone would have: two epsilons of the largest in units of its relative uncertainty, or where they have a last
+/// decimal place `a/sqrt 3` of half a unit `a` of it (JCGM 100, F.2.2.1), over the largest of these uncertainties.
+pub(crate) fn rounding_of(step: Option<f64>, (largest_in_u, largest_u): (f64, f64)) -> f64 {
+    step.map_or(0.0, |step| step / 12f64.sqrt() / largest_u).max(2.0 * f64::EPSILON * largest_in_u)
+}
+
+/// For each estimated group, the scale that the rounding of its readings alone would have.
 ///
 /// A campaign without noise has residuals of that size or none at all, and nothing better can be said of its scatter.
 pub(super) fn rounding(campaign: &Campaign, design: &DesignMatrix, system: &System) -> Vec<f64> {
@@ -139,8 +137,8 @@ pub(super) fn rounding(campaign: &Campaign, design: &DesignMatrix, system: &Syst
     let mut least: Vec<f64> = Vec::new();
     for (s, (g, value_in_u, largest)) in sensors.iter().enumerate().filter_map(|(s, own)| Some((s, (*own)?))) {
         least.resize(least.len().max(g + 1), 0.0);
-        let step = sensor_resolution(campaign, s).map_or(0.0, |step| step / 12f64.sqrt() / largest);
-        least.get_mut(g).into_iter().for_each(|own| *own = step.max(2.0 * f64::EPSILON * value_in_u));
+        let own = rounding_of(sensor_resolution(campaign, s), (value_in_u, largest));
+        least.get_mut(g).into_iter().for_each(|least| *least = own);
     }
     least
 }
@@ -165,7 +163,7 @@ fn unread(campaign: &Campaign, origin: &RowOrigin) -> Malformed {
 }
 
 /// A sensor whose uncertainties are stated in some of its readings only.
-pub(super) fn stated_here_and_there(id: &str) -> Malformed {
+pub(crate) fn stated_here_and_there(id: &str) -> Malformed {
     Malformed::new(Fault::Missing, format!("some readings of {id} have a stated uncertainty and some have none"))
         .expected(format!("{id}_u in every reading of {id}, or in none (then it is estimated from the residuals)"))
 }

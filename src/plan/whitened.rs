@@ -15,7 +15,7 @@
 )]
 
 use super::effort::{Noise, mountings};
-use crate::campaign::{Campaign, Per, Reading, Readings, Role};
+use crate::campaign::{Campaign, Per, Reading, Readings};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -316,11 +316,7 @@ fn term_columns(
 
 /// Estimated parameters with a prior, and its standard uncertainty.
 fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
-    let prior = |(k, p): (usize, &crate::campaign::Parameter)| match &p.role {
-        Role::Estimated { prior: Some(prior), .. } => Some((k, prior.u)),
-        _ => None,
-    };
-    campaign.estimated().iter().enumerate().filter_map(prior).collect()
+    campaign.priors().map(|(k, _, u)| (k, u)).collect()
 }
 
 /// Does a line of scatter have deviations that positions share?

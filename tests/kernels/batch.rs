@@ -30,7 +30,7 @@ fn eight_are_each_by_itself() {
     let lanes: Vec<Lane> = (0..30).map(|i| std::array::from_fn(|l| number(i, l))).collect();
     let scores = NormalScores::new(30).unwrap();
     let p = normality(&scores, &network(30), &mut lanes.clone());
-    let sums = Sums::of(&lanes, &[2.0; 30], &[1.0; 30]);
+    let sums = Sums::weighted(&lanes, [[2.0; LANES]; 30].into_iter(), [[1.0; LANES]; 30].into_iter());
     (0..LANES).for_each(|l| {
         let mut own: Vec<f64> = lanes.iter().map(|lane| lane[l]).collect();
         let runs = runs(&own).unwrap().runs;

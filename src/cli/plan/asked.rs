@@ -21,14 +21,13 @@ const MOST_READINGS: usize = 100_000;
 /// An effect as reports write it, of the sensor that is named or the only one.
 pub(super) fn term(text: &str, campaign: &Campaign, sensor: Option<&str>) -> Result<Term> {
     let ids: Vec<&str> = campaign.bench.sensors.iter().map(|s| s.id.as_str()).collect();
-    let sensor =
-        match (sensor, ids.as_slice()) {
-            (Some(id), _) => Some(ids.iter().position(|known| *known == id).ok_or_else(|| {
-                Malformed::unknown(format!("--sensor names '{id}', which is not a sensor here"), id, &ids)
-            })?),
-            (None, [_]) => Some(0),
-            (None, _) => None,
-        };
+    let sensor = match (sensor, ids.as_slice()) {
+        (Some(id), _) => Some(ids.iter().position(|known| *known == id).ok_or_else(|| {
+            Malformed::unknown(format!("--sensor names '{id}', which is not a sensor here"), id, &ids)
+        })?),
+        (None, [_]) => Some(0),
+        (None, _) => None,
+    };
     let regressor = Regressor::parse(campaign, sensor, text)?;
     let common = matches!(regressor, Regressor::Tilt(_) | Regressor::Known(_));
     if sensor.is_none() && !common {

@@ -15,8 +15,7 @@
 
 use super::inference::LeftOut;
 use super::pattern::ByRow;
-use super::problem::Problem;
-use super::reml::{Ended, Limits};
+use super::problem::{Ended, Limits, Problem};
 use super::{Felt, ScatterLine};
 use crate::error::Result;
 use crate::estimate::fold::triangle_of;

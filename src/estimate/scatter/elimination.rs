@@ -20,6 +20,7 @@
 use super::pattern::{ByRow, Front};
 use super::{Pattern, ScatterLine};
 use crate::elements::Elements;
+use crate::estimate::System;
 use faer::{Mat, MatRef};
 
 /// Everything known: standard deviations of the rows, and variances of the lines.
@@ -284,6 +285,11 @@ impl Whitening {
             out.col_as_slice_mut(j).copy_from_slice(&white);
         }
         out
+    }
+
+    /// A system of rows and observations, made independent.
+    pub(crate) fn system(&self, rows: &Mat<f64>, observed: &[f64]) -> System {
+        System::known(self.whiten_columns(rows), self.whiten(observed), vec![1.0; self.pattern.rows])
     }
 
     /// `W' w`: a vector of whitened rows carried back to the readings, `W' W y = V^-1 y`.

@@ -13,7 +13,7 @@
 //! `whitening.whiten(column)` for each column of the design, of candidates, and for the readings; their inner products are those with
 //! `V^-1`. From a campaign, `fit::scatter_lines` makes the lines at a design's point and `fit::whitening` does all of it in one call.
 //!
-//! **To estimate:** [`adjust_scattered`]; it estimates by REML what is not stated, with what that costs the unknowns (`reml.rs`, `inference.rs`).
+//! **To estimate:** [`adjust_scattered`]; it estimates by REML what is not stated, with what that costs the unknowns (`problem.rs`, `inference.rs`).
 //!
 //! | file | subject |
 //! |---|---|
@@ -21,17 +21,14 @@
 //! | `elimination.rs` | the orthogonal transformations, forwards and backwards |
 //! | `floor.rs` | rows made independent for others: a diagnosis, a plan |
 //! | `inference.rs` | what each component contributes (squares, redundancy, information), and what it costs to estimate it |
-//! | `problem.rs` | components, and the adjustment at given variances |
-//! | `reml.rs` | the steps to the variances |
+//! | `problem.rs` | components, the adjustment at given variances, and the steps to the variances |
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `chain.rs` | a filter along time, with derivatives by the noise |
 //! | `restricted.rs` | the likelihood of parts of the rows, and Newton's way to its top |
 //! | `time.rs` | noise that is correlated in time |
-//! | `absorbed.rs` | variances that no residual shows, though unknowns follow them |
 //! | `mixture.rs` | the unknowns over the whole likelihood, where its top says nothing of some |
-//! | `conclude.rs` | the adjustment with what was found |
+//! | `conclude.rs` | the adjustment with what was found; variances that no residual shows, though unknowns follow them |
 
-mod absorbed;
 pub(super) mod chain;
 mod conclude;
 mod condense;
@@ -41,14 +38,12 @@ mod inference;
 mod mixture;
 mod pattern;
 mod problem;
-mod reml;
 pub(super) mod restricted;
 mod time;
 
-pub(crate) use absorbed::Absorbed;
 pub(crate) use chain::{Chain, Part as NoisePart, TimeNoise};
 pub use conclude::adjust_scattered;
-pub(crate) use conclude::{satterthwaite, scattered, scattered_with, step_scattered};
+pub(crate) use conclude::{Absorbed, satterthwaite, scattered, scattered_with, step_scattered};
 pub use elimination::Whitening;
 pub(crate) use floor::{Floor, Variances};
 pub(crate) use mixture::{Mixture, Node};
@@ -146,7 +141,7 @@ pub enum LineState {
 
 /// A system adjusted with what scatters.
 ///
-/// Where a variance is estimated as zero, the weights, `u` and dof are those of the estimate without that bound (`reml.rs`): the line's share is
+/// Where a variance is estimated as zero, the weights, `u` and dof are those of the estimate without that bound (`problem.rs`): the line's share is
 /// then negative, and the groups' factors in it are `weighed_with`, while `group_variance` and `variance` are the restricted estimates.
 #[derive(Debug, Clone)]
 pub struct Scattered {

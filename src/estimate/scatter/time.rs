@@ -2,7 +2,7 @@
 //!
 //! Where deviations with a memory are all that scatters beside the rows' own noise, one filter along time makes rows independent (`chain.rs`) and Newton's steps
 //! lead to the top of the likelihood (`restricted.rs`). Where they meet other deviations in the same rows, variances are found at given correlation times
-//! (`reml.rs`), and Newton's steps of the profiled likelihood lead to those:
+//! (`problem.rs`), and Newton's steps of the profiled likelihood lead to those:
 //!
 //! ```text
 //! D_k = tr(V^-1 V_k) - tr(G' V_k G) - v' V_k v,     D_kh = S_kh - S_kt S_tt^-1 S_th,      S of k, h: correlation times, t: variances
@@ -14,8 +14,7 @@
 
 use super::chain::{Chain, Part, TimeNoise};
 use super::inference::Inference;
-use super::problem::{Point, Problem, UNSEEN};
-use super::reml::{Ended, FULL, Limits};
+use super::problem::{Ended, FULL, Limits, Point, Problem, UNSEEN};
 use super::restricted::{NEWTON_STEPS, NoiseModel, PartNoise, Slot, Top};
 use super::{LineState, Pattern, ScatterLine, Whitening};
 use crate::elements::Elements;

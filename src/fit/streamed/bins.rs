@@ -13,9 +13,9 @@
     reason = "bins are counted when they are made; matrices have a row or a column for each"
 )]
 
+use super::noise::Together;
 use super::question::{Chunk, Folding};
 use super::residuals::{Bin, BinnedResiduals};
-use super::together::Together;
 use crate::elements::Elements;
 use crate::estimate::Sum;
 use crate::linear::{dot, turned};

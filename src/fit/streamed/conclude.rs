@@ -5,21 +5,23 @@
 )]
 
 use super::bins::{Binned, Directed, Input, MOST};
-use super::noise::Found;
-use super::octaves::Noise as Size;
+use super::noise::{Found, Together, together};
+use super::octaves::Noise;
 use super::question::{Folding, Part, Question};
 use super::residuals::Residuals;
-use super::sources::Noised;
-use super::together::{Together, together};
 use super::{Rows, Sample, Streamed};
-use crate::campaign::{Campaign, Role};
+use crate::campaign::Campaign;
 use crate::design;
-use crate::error::Result;
-use crate::estimate::{Block, Chain, Estimate, Group, NoisePart, System, Unknowns};
+use crate::error::{Fault, Malformed, Result};
+use crate::estimate::{
+    Block, Chain, Estimate, Group, Likelihood, LineState, NoiseModel, NoisePart, PartNoise, Slot, System, Unknowns,
+};
+use crate::fit::noise::{ScatterSources, VarianceSource};
 use crate::fit::parameters::{BudgetInputs, Told};
 use crate::fit::{Checks, Constraints, Estimator, Fit, in_uncertainties, separate, system};
 use crate::linear::subtract;
 use crate::quality::{self, RowQuality};
+use crate::uncertainty::Evaluation;
 use faer::Mat;
 use std::collections::HashMap;
 
@@ -64,7 +66,7 @@ pub(super) fn conclude(
         Some(directions) => vec![directions],
         None => Vec::new(),
     };
-    let chain = |noise: &Size| bases.iter().map(|own| Chain::new(own.ncols() + 1, noise.variances(), true)).collect();
+    let chain = |noise: &Noise| bases.iter().map(|own| Chain::new(own.ncols() + 1, noise.variances(), true)).collect();
     let mut chains: Vec<Vec<Chain>> =
         found.noise.iter().map(|noise| if noise.deviation > 0.0 { chain(noise) } else { Vec::new() }).collect();
     let mut binned: Vec<Binned> = (0..sensors).map(|_| Binned::new(inputs.len(), found.tested.ncols())).collect();
@@ -151,17 +153,12 @@ pub(super) fn conclude(
     let sizes = &found.noise;
     let estimate =
         estimate(&start.estimate, (&at, &weighed), (&solved, squares), sizes, &change, crate::number::index(dof));
-    let known = question
-        .carried
-        .iter()
+    let known = campaign
+        .uncertain()
         .enumerate()
-        .filter_map(|(k, parameter)| {
-            let own = campaign.parameters.get(*parameter)?;
-            let Role::Known(known) = own.role else { return None };
-            Some((own.id.as_str(), known, k))
-        })
-        .map(|(id, known, k)| {
+        .map(|(k, (parameter, known))| {
             let follow = solved.rows.follow(&solved.found.factor, k)?;
+            let id = campaign.parameters.get(parameter).map_or("", |own| own.id.as_str());
             Ok((id, known, follow.iter().map(|c| -c).collect()))
         })
         .collect::<Result<Vec<_>>>()?;
@@ -225,7 +222,7 @@ pub(super) fn conclude(
 fn solved(
     question: &mut Question,
     rows: &mut dyn Rows,
-    noise: &[Size],
+    noise: &[Noise],
     open: &[bool],
     point: &[f64],
 ) -> Result<Together> {
@@ -254,7 +251,7 @@ fn estimate(
     sample: &Estimate,
     (at, weighed): (&design::DesignMatrix, &System),
     (solved, squares): (&Together, f64),
-    noise: &[Size],
+    noise: &[Noise],
     change: &[f64],
     dof: usize,
 ) -> Estimate {
@@ -300,8 +297,8 @@ fn estimate(
 }
 
 /// Standard deviation of a value of a sensor, white noise and deviation together.
-fn total(noise: &[Size], solved: &Together, s: usize, relative: f64) -> f64 {
-    let Size { white, deviation, .. } = noise[s];
+fn total(noise: &[Noise], solved: &Together, s: usize, relative: f64) -> f64 {
+    let Noise { white, deviation, .. } = noise[s];
     (solved.scale[s] * ((white * relative).powi(2) + deviation * deviation)).sqrt()
 }
 
@@ -310,7 +307,7 @@ fn row_quality(
     at: &design::DesignMatrix,
     weighed: &System,
     estimate: &Estimate,
-    noise: &[Size],
+    noise: &[Noise],
     solved: &Together,
     independent: &HashMap<(usize, usize), f64>,
 ) -> Vec<RowQuality> {
@@ -324,4 +321,146 @@ fn row_quality(
             RowQuality { u: Some(total(noise, solved, s, weighed.u[i])), studentized: w, mdb: None, ..own }
         })
         .collect()
+}
+
+/// Where a sensor's parameters stand: variance factor of its white noise, variance of its deviation, correlation time.
+type Places = [Option<usize>; 3];
+
+/// The likelihood at what was found, with its derivatives by all that the noise has.
+pub(super) struct Noised {
+    likelihood: Likelihood,
+    model: NoiseModel,
+    places: Vec<Places>,
+    directions: Mat<f64>,
+}
+
+impl Noised {
+    /// `parts` are the sums of the sensors that are read and of the priors, in `directions`; `scale` multiplies the white noise that a sensor without a deviation
+    /// was folded with.
+    ///
+    /// Errors: sums in which the directions are not independent.
+    pub(super) fn new(
+        found: &Found,
+        scale: &[f64],
+        read: &[usize],
+        parts: &[NoisePart],
+        directions: Mat<f64>,
+    ) -> Result<Self> {
+        let mut model = NoiseModel { parts: Vec::new(), range: Vec::new(), columns: directions.ncols() };
+        let (mut at, mut places) = (Vec::new(), vec![Places::default(); scale.len()]);
+        for s in read {
+            let Noise { white, deviation, tau } = found.noise[*s];
+            let values = match deviation > 0.0 {
+                true => vec![white * white, deviation * deviation, tau],
+                false => vec![scale[*s]],
+            };
+            for (place, value) in places[*s].iter_mut().zip(values) {
+                *place = Some(at.len());
+                at.push(value.ln());
+            }
+            let slot = |k: usize| places[*s][k].map(Slot::Free);
+            let white = slot(0).unwrap_or(Slot::Stated(1.0));
+            model.parts.push(PartNoise { white, deviation: slot(1).zip(slot(2)) });
+        }
+        model.parts.push(PartNoise { white: Slot::Stated(1.0), deviation: None });
+        model.range = vec![(f64::NEG_INFINITY, f64::INFINITY); at.len()];
+        let likelihood = model.likelihood(&at, parts).ok_or_else(|| {
+            Malformed::new(Fault::Value, "the rows of the record do not separate the unknowns")
+                .expected("unknowns that the readings separate, or fewer of them in \"estimate\"")
+        })?;
+        Ok(Noised { likelihood, model, places, directions })
+    }
+
+    /// A matrix in the directions, in the unknowns.
+    fn back(&self, own: &Mat<f64>) -> Mat<f64> {
+        &self.directions * own * self.directions.transpose()
+    }
+
+    /// The derivative of the covariance by the logarithm of a sensor's parameter.
+    fn slope(&self, s: usize, which: usize) -> Option<Mat<f64>> {
+        let place = self.places[s][which]?;
+        Some(self.back(&self.likelihood.slope(place)))
+    }
+
+    /// Every source of scatter; `rows` are those of each sensor, `told` what the noise was estimated beside.
+    pub(super) fn sources(
+        &self,
+        told: Option<&Noised>,
+        campaign: &Campaign,
+        question: &Question,
+        found: &Found,
+        solved: &Together,
+        rows: &[u64],
+    ) -> ScatterSources {
+        let n = question.unknowns;
+        // what was estimated, by its place among the parameters
+        let pairs = found.free.iter().flatten().zip(self.places.iter().flatten());
+        let among: Vec<usize> = pairs.filter_map(|(is_free, place)| place.filter(|_| *is_free)).collect();
+        let told = told.unwrap_or(self);
+        let (covariances, correction) = told.likelihood.costs(&told.model, &among);
+        let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
+        let component = |s: usize, which: usize| {
+            let place = self.places[s][which]?;
+            among.iter().position(|own| *own == place)
+        };
+        let dof = |component: Option<usize>, stated: f64| component.map_or(stated, |c| 2.0 / spread[(c, c)]);
+        let (mut sources, mut over, mut leans) = (Vec::new(), Vec::new(), Vec::new());
+        let mut determined = true;
+        for (s, own) in question.sensors.iter().enumerate().filter(|(s, _)| question.is_read(*s)) {
+            let size = found.noise[s];
+            let levels = crate::number::index(rows[s]);
+            let white = component(s, 0);
+            determined &= white.is_none() || solved.redundancy[s] > 0.0;
+            let name = format!("readings of {}", campaign.sensor_id(s));
+            let share = |which: usize| self.slope(s, which).unwrap_or_else(|| Mat::zeros(n, n));
+            let (variance, state, part) = match (found.white_at_zero[s], white) {
+                (true, _) => (0.0, LineState::AtZero, Mat::zeros(n, n)),
+                (false, Some(_)) => (size.white * size.white * solved.scale[s], LineState::Estimated, share(0)),
+                (false, None) => (1.0, LineState::Stated, share(0)),
+            };
+            sources.push(VarianceSource {
+                evaluation: Evaluation::TypeA,
+                estimated: state != LineState::Stated,
+                dof: dof(white, f64::INFINITY),
+                variance,
+                state,
+                component: white,
+                sensor: Some(s),
+                ..VarianceSource::stated(name, part, levels)
+            });
+            let Some((k, line)) = own.line.and_then(|(k, _)| Some((k, campaign.scatter.get(k)?))) else { continue };
+            let own = VarianceSource::line(campaign, k, line, share(1), levels);
+            let stated_tau = line.over.as_ref().and_then(|over| over.tau);
+            let tau = component(s, 2);
+            let u_tau = tau.map(|k| spread[(k, k)].sqrt() * size.tau).filter(|u| u.is_finite());
+            over.push(VarianceSource {
+                variance: size.deviation * size.deviation,
+                state: match (found.at_zero[s], own.estimated) {
+                    (true, _) => LineState::AtZero,
+                    (false, false) => LineState::Stated,
+                    (false, true) => LineState::Estimated,
+                },
+                tau: (!found.at_zero[s] || stated_tau.is_some()).then_some((stated_tau.unwrap_or(size.tau), u_tau)),
+                dof: dof(component(s, 1), own.dof),
+                component: component(s, 1),
+                ..own
+            });
+            leans.extend(tau.zip(self.slope(s, 2)));
+        }
+        let c = &solved.found.unknowns.cofactor;
+        if !question.priors.is_empty() {
+            let share =
+                |i: usize, j: usize| question.priors.iter().map(|(k, _, u)| c[(i, *k)] * c[(*k, j)] / (u * u)).sum();
+            let (share, count) = (Mat::from_fn(n, n, share), question.priors.len());
+            sources.push(VarianceSource::stated("priors".into(), share, count));
+        }
+        sources.extend(over);
+        ScatterSources::jointly(
+            sources,
+            c,
+            (spread, told.back(&correction).submatrix(0, 0, n, n).to_owned()),
+            leans,
+            determined,
+        )
+    }
 }

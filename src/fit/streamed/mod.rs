@@ -15,16 +15,13 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `rows.rs` | what a record is: blocks of rows, column by column, that can be read again |
-//! | `sample.rs` | the first look: how many rows, which ranges, a sample of them |
+//! | `rows.rs` | what a record is: blocks of rows, column by column, that can be read again; the first look: how many rows, which ranges, a sample of them |
 //! | `question.rs` | what can be asked of a record; one pass over it |
-//! | `together.rs` | the triangles of several sensors in one adjustment |
-//! | `noise.rs` | what is free of the sensors' noise, and its search |
+//! | `noise.rs` | the triangles of several sensors in one adjustment; what is free of their noise, and its search |
 //! | `octaves.rs` | variances of means of 1, 2, 4, ... rows; where the search starts |
 //! | `residuals.rs` | what is kept of the residuals |
 //! | `bins.rs` | lack of fit over the ranges of the inputs |
-//! | `sources.rs` | each source's part of the covariance, and what it costs to have estimated the noise |
-//! | `conclude.rs` | the result, as that of any fit |
+//! | `conclude.rs` | the result, as that of any fit, with each source's part of the covariance and what it costs to have estimated the noise |
 //!
 //! Deliberately absent: what needs all readings at hand (robust weights, constraints, deviations per position, a diagnosis).
 
@@ -35,15 +32,10 @@ mod octaves;
 mod question;
 mod residuals;
 mod rows;
-mod sample;
-mod sources;
-mod together;
 
 pub(crate) use residuals::{BinnedResiduals, SensorResiduals};
-pub(crate) use rows::Observed;
-pub use rows::{Block, Held, Rows};
-pub(crate) use sample::Sample;
-pub use sample::sample;
+pub use rows::{Block, Held, Rows, sample};
+pub(crate) use rows::{Observed, Sample};
 
 use super::{Estimator, Fit, Settings};
 use crate::campaign::{Campaign, Readings};

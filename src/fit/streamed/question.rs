@@ -3,7 +3,7 @@
 use super::octaves::Noise;
 use super::{Block, Observed, Rows};
 use crate::algebra::Scratch;
-use crate::campaign::{Campaign, Deviating, Kind, Parameter, Per, Reading, Role, Scatter, Size};
+use crate::campaign::{Campaign, Deviating, Per, Reading, Scatter, Size};
 use crate::design::{self, ColumnLine, DesignMatrix, Model, Read};
 use crate::elements::{Elements, OrNan, Parts};
 use crate::error::{Fault, Malformed, Result};
@@ -168,12 +168,6 @@ impl Noise {
 
 impl Question {
     pub(super) fn new(campaign: &Campaign, settings: &Settings, columns: &[String]) -> Result<Self> {
-        let estimated = campaign.estimated();
-        let prior = |(k, p): (usize, &crate::campaign::Parameter)| match &p.role {
-            Role::Estimated { prior: Some(prior), .. } => Some((k, prior.value, prior.u)),
-            _ => None,
-        };
-        let known = campaign.parameters.iter().enumerate();
         let sensors = (0..campaign.bench.sensors.len())
             .map(|s| {
                 let own =
@@ -186,23 +180,19 @@ impl Question {
             })
             .collect();
         let model = Model::new(campaign)?;
-        let uncertain = |(k, own): (usize, &Parameter)| match own.role {
-            Role::Known(known) if known.u != 0.0 => Some((k, known.u)),
-            _ => None,
-        };
-        let (carried, u): (Vec<usize>, Vec<f64>) = known.filter_map(uncertain).unzip();
+        let (carried, u): (Vec<usize>, Vec<f64>) = campaign.uncertain().map(|(k, known)| (k, known.u)).unzip();
         Ok(Question {
             inputs: (u, campaign.correlation_root(&carried)),
             lines: (0..campaign.bench.sensors.len()).map(|s| model.column_line(s)).collect(),
             room: Scratch::default(),
             evaluated: Evaluated::default(),
-            is_linear: is_linear(campaign),
+            is_linear: campaign.is_linear(),
             model,
             campaign: campaign.without_readings(columns),
             settings: *settings,
             unknowns: campaign.unknowns(),
             carried,
-            priors: estimated.iter().enumerate().filter_map(prior).collect(),
+            priors: campaign.priors().collect(),
             floor: vec![0.0; campaign.bench.sensors.len()],
             sensors,
             passes: 0,
@@ -446,13 +436,6 @@ impl Question {
     pub(super) fn parts(&self, folding: Vec<Folding>) -> Vec<Option<Part>> {
         folding.into_iter().enumerate().map(|(s, own)| self.is_read(s).then(|| own.part())).collect()
     }
-}
-
-/// Is every model line linear in what is estimated?
-fn is_linear(campaign: &Campaign) -> bool {
-    let names: Vec<&str> = campaign.estimated().iter().map(|p| p.id.as_str()).collect();
-    campaign.estimated().iter().all(|p| p.kind != Kind::Tilt)
-        && campaign.bench.sensors.iter().all(|sensor| sensor.model.linear_in(&names))
 }
 
 /// A sensor's rows on their way into a triangle.
