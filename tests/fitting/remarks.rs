@@ -115,7 +115,7 @@ fn a_scale_factor_of_another_unit_is_seen() {
     assert_eq!(at(31.0), "");
     for factor in [1e3, 1e-3, 32.0, -1e6] {
         let found = at(factor);
-        assert!(found.contains("K is ") && found.contains("readings of V in V"), "{factor}: {found}");
+        assert!(found.contains("K is ") && found.contains("readings of V are in V"), "{factor}: {found}");
     }
 }
 

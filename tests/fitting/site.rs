@@ -173,7 +173,7 @@ fn the_note_of_the_earth_rate_is_for_lines_that_read_a_rate() {
             &Default::default(),
             tumble::language::Language::English,
         ));
-        table.split_whitespace().collect::<String>().contains("theEarthrateistakenaszero")
+        table.split_whitespace().collect::<String>().contains("Earthrateassumedzero")
     };
     assert!(told("b0 + b1*w_I", "\"theta_deg_s\""));
     assert!(!told("b0 + b1*flow_x", "\"flow_x\""));
