@@ -190,7 +190,7 @@ fn a_device_that_comes_back_is_one_device() {
     }
     std::fs::write(folder.path().join("readings.csv"), mixed.join("\n") + "\n").expect("a file");
     let mixed = run(folder.path(), &["fit", "line.campaign.json"]);
-    assert!(mixed.stderr.contains("comes back"), "{}", mixed.stderr);
+    assert!(mixed.stderr.contains("occurs again"), "{}", mixed.stderr);
     let sorted = run(&example(), &["fit", "line.campaign.json"]);
     assert_eq!(numbers(&mixed.stdout), numbers(&sorted.stdout));
     // and in a file, which is begun anew under the same name
