@@ -53,8 +53,11 @@ def test_values_and_options() -> None:
         tumble.fit(LINE, level=1.5)
     with pytest.raises(ValueError, match="infinite"):
         tumble.fit({**LINE, "readings": [{"x": 1, "y": float("inf")}]})
-    with pytest.raises(TypeError, match="has no place"):
+    with pytest.raises(TypeError, match=r"type object cannot be in a campaign \(at readings\[0\]"):
         tumble.fit({**LINE, "readings": [{"x": 1, "y": object()}]})
+    # a table in the campaign's place for rows
+    with pytest.raises(TypeError, match=r"readings=table"):
+        tumble.fit({**LINE, "readings": object()})
     for wrong in (tumble.plan, tumble.guide):
         with pytest.raises(TypeError, match=r"has no argument 'nothing': expected one of .*noise"):
             wrong(LINE, nothing=1)

@@ -95,7 +95,8 @@ def _plain(content: Any, path: str) -> Any:
         return os.fspath(content)
     if hasattr(content, "isoformat"):
         return content.isoformat()
-    raise TypeError(f"{type(content).__name__} has no place in a question: {content!r} (at {path})")
+    hint = "; a table is given as readings=table beside the campaign" if path == "readings" else ""
+    raise TypeError(f"a value of type {type(content).__name__} cannot be in a campaign (at {path}){hint}")
 
 
 class Files:
