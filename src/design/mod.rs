@@ -21,10 +21,13 @@ pub use mean::{Smoothness, nodes};
 pub use model::Model;
 pub(crate) use model::{Room, Workspace, missing_column};
 
-use crate::campaign::{Campaign, Kind};
+use crate::campaign::{Campaign, JointState, Kind};
 use crate::elements::Elements;
 use crate::error::Result;
+use crate::mix::Mix;
 use faer::Mat;
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 /// Predictions and their derivatives with respect to *every* parameter of the campaign (estimated, known, assumed zero).
 #[derive(Debug, Clone)]
@@ -88,12 +91,12 @@ pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<Des
     let mut work = model.workspace();
     let mut sensors = Vec::new();
     let mut start = 0;
-    let mut recent = Recent::new(campaign);
+    let mut predicted_before = Predicted::new(campaign);
     for of_reading in rows.chunk_by(|a, b| a.reading == b.reading) {
         sensors.clear();
         sensors.extend(of_reading.iter().map(|origin| origin.sensor));
         let reading = of_reading.first().map_or(0, |origin| origin.reading);
-        if let Some(from) = recent.like(campaign, model, (reading, start), &sensors) {
+        if let Some(from) = predicted_before.like(campaign, model, &rows, start, sensors.len()) {
             for (from, to) in (from..).zip(start..start + sensors.len()) {
                 // rows before this one
                 let before = predicted.at(from);
@@ -141,54 +144,55 @@ fn by_inputs(
         for side in [-1.0, 1.0] {
             let mut moved = campaign.clone();
             moved.shift_input(&parameter.id, side * step);
+            let (mut before, mut changes) = (Predicted::new(campaign), vec![0.0; rows.len()]);
             for (i, origin) in rows.iter().enumerate() {
-                let value = model.predict(&moved, origin.reading, origin.sensor, point, &mut gradient, &mut work)?;
-                jacobian[(i, k)] += side * value / (2.0 * step);
+                let change = match before.like(campaign, model, rows, i, 1) {
+                    Some(from) => changes.at(from),
+                    None => {
+                        let place = (origin.reading, origin.sensor);
+                        let value = model.predict(&moved, place.0, place.1, point, &mut gradient, &mut work)?;
+                        side * value / (2.0 * step)
+                    }
+                };
+                changes.get_mut(i).into_iter().for_each(|slot| *slot = change);
+                jacobian[(i, k)] += change;
             }
         }
     }
     Ok(())
 }
 
-/// The last few settings that were predicted. A campaign of many readings has few settings, and readings of one, or of both rates of one, stand together:
-/// what they predict is worked out once.
-struct Recent {
-    /// Reading, first row and sensors of each; the oldest is replaced.
-    settings: [Option<(usize, usize, Vec<usize>)>; 4],
-    oldest: usize,
+/// Readings that were predicted, by a hash of their inputs: a campaign of many readings has few settings, and what one of them predicts is worked out once,
+/// wherever its readings stand.
+struct Predicted {
+    /// Reading and first row of the first of each hash.
+    first: HashMap<u64, (usize, usize), BuildHasherDefault<Mix>>,
     /// A closed circle is predicted on the turn of what was read, which every reading has of its own.
     closed: bool,
 }
 
-impl Recent {
+impl Predicted {
     fn new(campaign: &Campaign) -> Self {
         let closed = campaign.bench.sensors.iter().any(|sensor| sensor.turn.is_some());
-        Recent { settings: [const { None }; 4], oldest: 0, closed }
+        Predicted { first: HashMap::default(), closed }
     }
 
-    /// The first row of a reading that predicts the same; if there is none, this one becomes the latest.
-    fn like(
-        &mut self,
-        campaign: &Campaign,
-        model: &Model,
-        (reading, row): (usize, usize),
-        sensors: &[usize],
-    ) -> Option<usize> {
+    /// The first row of an earlier reading that predicts the same in these rows; if there is none, later ones find this one.
+    fn like(&mut self, campaign: &Campaign, model: &Model, rows: &[RowOrigin], start: usize, count: usize) -> Option<usize> {
         if self.closed {
             return None;
         }
+        let of = |from: usize| rows.get(from..from + count);
+        let own = of(start)?;
+        let reading = own.first()?.reading;
         let asked = campaign.readings.rows.get(reading)?;
-        let same = |(other, _, of): &&(usize, usize, Vec<usize>)| {
-            of == sensors
-                && campaign.readings.rows.get(*other).is_some_and(|other| model.takes_same_inputs(asked, other))
-        };
-        let found = self.settings.iter().flatten().find(same).map(|(_, row, _)| *row);
-        if found.is_none() {
-            if let Some(slot) = self.settings.get_mut(self.oldest) {
-                *slot = Some((reading, row, sensors.to_vec()));
-            }
-            self.oldest = (self.oldest + 1) % self.settings.len();
-        }
-        found
+        let mut hash = Mix::default();
+        own.iter().for_each(|origin| hash.write_usize(origin.sensor));
+        asked.joints.iter().flat_map(JointState::bits).for_each(|word| hash.write_u64(word));
+        model.columns_of(asked).for_each(|value| hash.write_u64(value.map_or(u64::MAX, f64::to_bits)));
+        let (before, from) = *self.first.entry(hash.finish()).or_insert((reading, start));
+        let other = campaign.readings.rows.get(before).filter(|_| before != reading)?;
+        let is_same = |(a, b): (&RowOrigin, &RowOrigin)| a.reading == before && a.sensor == b.sensor;
+        (of(from)?.iter().zip(own).all(is_same) && model.takes_same_inputs(asked, other)).then_some(from)
     }
 }

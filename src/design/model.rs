@@ -254,11 +254,15 @@ impl Model {
 
     /// Do two readings give the model lines the same inputs: joints, and the columns that stand in them?
     pub(super) fn takes_same_inputs(&self, a: &Reading, b: &Reading) -> bool {
-        let column = |slot: &Slot| match slot {
-            Slot::Column(k) => a.columns.get(*k) == b.columns.get(*k),
-            _ => true,
-        };
-        a.joints == b.joints && self.sensors.iter().all(|sensor| sensor.slots.iter().all(column))
+        a.joints == b.joints && self.columns_of(a).eq(self.columns_of(b))
+    }
+
+    /// What a reading has in the columns that stand in the model lines.
+    pub(super) fn columns_of(&self, reading: &Reading) -> impl Iterator<Item = Option<f64>> {
+        self.sensors.iter().flat_map(|sensor| &sensor.slots).filter_map(|slot| match slot {
+            Slot::Column(k) => Some(reading.columns.get(*k).copied().flatten()),
+            _ => None,
+        })
     }
 
     /// Sum up every sensor of this smoothness over the reading's instants: one at a time, or where there are several four at a time by the widest

@@ -129,6 +129,36 @@ impl View {
         class.front(alias, is_plain, |a, b| name(a).cmp(&name(b)))
     }
 
+    /// The candidates that stand for the classes. Each front is what stands for its class where the others are what the best set has there; of two classes that
+    /// share members the two fronts may be a pair that no reading supports. So one that makes the set less probable by more than aliases may differ gives way to what the best
+    /// set has in its place.
+    fn fronts(&mut self, alias: f64) -> Vec<Option<Member>> {
+        let classes = std::mem::take(&mut self.posterior.classes);
+        let mut set = self.posterior.sets.first().map(|(_, set)| set.clone()).unwrap_or_default();
+        let least = self.score.of(&set) - alias;
+        let mut fronts = Vec::new();
+        for (place, class) in classes.iter().enumerate() {
+            let mut front = self.front(class, alias);
+            // the first classes are those of the members of the best set, in their order
+            if let Some(own) = set.get(place).copied() {
+                let mut with = set.clone();
+                let standing = front.and_then(|front| self.score.standing(front.candidate));
+                with.iter_mut().skip(place).take(1).for_each(|slot| *slot = standing.unwrap_or(own));
+                let is_twice = with.iter().enumerate().any(|(k, j)| k != place && Some(*j) == standing);
+                if standing == Some(own) || (!is_twice && self.score.of(&with) >= least) {
+                    set = with;
+                } else {
+                    let is_own = |member: &&Member| self.score.standing(member.candidate) == Some(own);
+                    let members = class.members.iter().filter(is_own).copied().collect();
+                    front = self.front(&Class { members, probability: class.probability }, alias);
+                }
+            }
+            fronts.push(front);
+        }
+        self.posterior.classes = classes;
+        fronts
+    }
+
     /// A set with, in the place of what only small tilts leave, the plain candidate that stands for its class: the exact fit of the former leads to a point far
     /// away, from which nothing else is seen straight.
     fn plain(&self, set: &[u16], alias: f64) -> Vec<u16> {
@@ -445,8 +475,9 @@ impl<'a> Search<'a> {
         Ok((if value.is_nan() { f64::NEG_INFINITY } else { value }, weighted))
     }
 
-    /// The exact fit with some effects, begun from a point, and where it puts all parameters of the campaign.
-    fn exact(&self, at: &View, effects: &[&Candidate], from: &[f64]) -> Result<(Campaign, Fit, Vec<f64>)> {
+    /// The exact fit with some effects, begun from a point, and where it puts all parameters of the campaign. `None` where Gauss-Newton finds no solution, and the linear one, by
+    /// the exact model, predicts other readings by more than their standard uncertainty: it is none.
+    fn exact(&self, at: &View, effects: &[&Candidate], from: &[f64]) -> Result<Option<(Campaign, Fit, Vec<f64>)>> {
         let campaign = self.question.campaign;
         let repaired = repaired(campaign, effects)?;
         let mut relaxed = repaired.clone();
@@ -474,7 +505,8 @@ impl<'a> Search<'a> {
             fitted.or_else(|| given.get(k)).copied().unwrap_or(*value)
         };
         let point = from.iter().enumerate().map(value_at).collect();
-        Ok((repaired, fit, point))
+        let is_solution = fit.linearisation_error.is_none_or(|error| error <= 1.0);
+        Ok(is_solution.then_some((repaired, fit, point)))
     }
 }
 
@@ -502,7 +534,7 @@ impl Search<'_> {
         let Some(effects) = at.members(names) else { return Ok(None) };
         let indices = names.iter().filter_map(|name| at.index(name));
         let odds: Vec<f64> = indices.map(|j| at.odds(j)).collect();
-        let Ok((_, fit, point)) = self.exact(at, &effects, from) else { return Ok(None) };
+        let Ok(Some((_, fit, point))) = self.exact(at, &effects, from) else { return Ok(None) };
         if is_trivial(&home.design, &fit, self.question.campaign) {
             return Ok(None);
         }
@@ -694,11 +726,12 @@ fn outcome(
     zero: &[usize],
 ) -> Result<Outcome> {
     let settings = search.question.settings;
+    let fronts = view.fronts(search.priors.alias);
     let posterior = view.posterior.clone();
     let mut named: Vec<(Member, &Class)> = Vec::new();
     let mut suspected: Vec<(Member, &Class)> = Vec::new();
-    for class in &posterior.classes {
-        let Some(front) = view.front(class, search.priors.alias) else { continue };
+    for (class, front) in posterior.classes.iter().zip(fronts) {
+        let Some(front) = front else { continue };
         match class.probability {
             p if p >= settings.probability && !zero.contains(&front.candidate) => named.push((front, class)),
             p if p >= settings.suspected => suspected.push((front, class)),
@@ -720,7 +753,7 @@ fn outcome(
     let effects: Vec<&Candidate> = named.iter().filter_map(|(front, _)| view.candidates.get(front.candidate)).collect();
     let repair = match effects.is_empty() {
         true => None,
-        false => search.exact(&view, &effects, point).ok().map(|(repaired, fit, _)| (repaired, fit)),
+        false => search.exact(&view, &effects, point).ok().flatten().map(|(repaired, fit, _)| (repaired, fit)),
     };
     let repair = match repair {
         Some((_, fit)) if is_trivial(&view.design, &fit, search.question.campaign) => None,
@@ -754,8 +787,13 @@ fn outcome(
         explanations.push(Explanation { probability: *probability, members });
     }
     // what is there beyond the effects named, and beyond those that are suspected too
-    let beyond = |effects: usize| 1.0 - posterior.alone.iter().take(effects + 1).sum::<f64>();
-    let (further, unaccounted) = (beyond(named.len()), beyond(named.len() + suspected.len()));
+    let beyond = |effects: &[&(Member, &Class)]| {
+        let columns = effects.iter().filter_map(|(member, _)| view.score.standing(member.candidate));
+        let count = view.score.effects(&columns.collect::<Vec<_>>());
+        1.0 - posterior.alone.iter().take(count + 1).sum::<f64>()
+    };
+    let further = beyond(&named.iter().collect::<Vec<_>>());
+    let unaccounted = beyond(&named.iter().chain(&suspected).collect::<Vec<_>>());
     let probable =
         |classes: &[(Member, &Class)]| classes.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
     let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));

@@ -501,6 +501,15 @@ impl Score {
         }
     }
 
+    /// How many effects a set has: one in several sensors is one.
+    pub fn effects(&self, set: &[u16]) -> usize {
+        let is_new = |(k, j): (usize, &u16)| {
+            let own = &self.kinds[usize::from(*j)];
+            !set[..k].iter().any(|before| self.kinds[usize::from(*before)].iter().any(|kind| own.contains(kind)))
+        };
+        set.iter().enumerate().filter(|place| is_new(*place)).count()
+    }
+
     fn of_one_kind(&self, set: &[u16]) -> f64 {
         set.iter().enumerate().map(|(k, j)| self.joins(&set[..k], *j)).sum()
     }
@@ -932,8 +941,15 @@ impl Score {
             if value < top - 8.0 {
                 break;
             }
-            if let Some(pair) = self.pairs(kernel, &set).into_iter().next() {
-                self.climb(kernel, pair);
+            // two effects more, and two others in the place of any two: neither of them need be better by itself
+            let without = |a: usize, b: usize| -> Vec<u16> {
+                set.iter().enumerate().filter(|(k, _)| *k != a && *k != b).map(|(_, j)| *j).collect()
+            };
+            let fewer = (0..set.len()).flat_map(|b| (0..b).map(move |a| (a, b))).map(|(a, b)| without(a, b));
+            for base in fewer.chain([set.clone()]).collect::<Vec<_>>() {
+                if let Some(pair) = self.pairs(kernel, &base).into_iter().next() {
+                    self.climb(kernel, pair);
+                }
             }
         }
         self.spread();
@@ -1130,7 +1146,7 @@ impl Score {
         let nothing = self.visited.get(&(0, vec![])).map_or(0.0, |v| (v - self.best).exp() / total);
         let mut alone = vec![0.0; self.settings.most + 1];
         for ((_, set), v) in self.visited.iter().filter(|((k, _), _)| *k == 0) {
-            if let Some(share) = alone.get_mut(set.len()) {
+            if let Some(share) = alone.get_mut(self.effects(set)) {
                 *share += (v - self.best).exp() / total;
             }
         }
@@ -1277,7 +1293,7 @@ pub(crate) struct Posterior {
     pub nothing: f64,
     /// A remainder, whatever the effects.
     pub outside: f64,
-    /// So many effects and no remainder.
+    /// So many effects, one in several sensors being one, and no remainder.
     pub alone: Vec<f64>,
 }
 
