@@ -178,7 +178,14 @@ impl Predicted {
     }
 
     /// The first row of an earlier reading that predicts the same in these rows; if there is none, later ones find this one.
-    fn like(&mut self, campaign: &Campaign, model: &Model, rows: &[RowOrigin], start: usize, count: usize) -> Option<usize> {
+    fn like(
+        &mut self,
+        campaign: &Campaign,
+        model: &Model,
+        rows: &[RowOrigin],
+        start: usize,
+        count: usize,
+    ) -> Option<usize> {
         if self.closed {
             return None;
         }

@@ -126,14 +126,26 @@ impl View {
         let name = |j: usize| self.candidates.get(j).map(|c| c.regressor.as_str());
         // what only small tilts leave never stands for a plain one
         let is_plain = |j: usize| self.candidates.get(j).is_some_and(|c| !c.vanishing);
-        class.front(alias, is_plain, |a, b| name(a).cmp(&name(b)))
+        // of equals the one that other sensors have, too
+        let others = |j: usize| {
+            let has = |own: &Candidate, member: &Member| {
+                let other = self.candidates.get(member.candidate);
+                other.is_some_and(|other| other.regressor == own.regressor && other.sensor != own.sensor)
+            };
+            let with = |own: &Candidate| {
+                let classes = self.posterior.classes.iter();
+                classes.filter(|class| class.members.iter().any(|member| has(own, member))).count()
+            };
+            self.candidates.get(j).map_or(0, with)
+        };
+        class.front(alias, is_plain, |a, b| others(b).cmp(&others(a)).then_with(|| name(a).cmp(&name(b))))
     }
 
     /// The candidates that stand for the classes. Each front is what stands for its class where the others are what the best set has there; of two classes that
     /// share members the two fronts may be a pair that no reading supports. So one that makes the set less probable by more than aliases may differ gives way to what the best
     /// set has in its place.
     fn fronts(&mut self, alias: f64) -> Vec<Option<Member>> {
-        let classes = std::mem::take(&mut self.posterior.classes);
+        let classes = self.posterior.classes.clone();
         let mut set = self.posterior.sets.first().map(|(_, set)| set.clone()).unwrap_or_default();
         let least = self.score.of(&set) - alias;
         let mut fronts = Vec::new();
@@ -155,7 +167,6 @@ impl View {
             }
             fronts.push(front);
         }
-        self.posterior.classes = classes;
         fronts
     }
 
