@@ -40,6 +40,7 @@ count-degree = { $n ->
 term = { $word ->
     [not-estimable] not estimable
     [at-bound] at a bound
+    [fixed] fixed by equations
     [at-limit] active
     [not-applied] not applied
     [left-out] not applied
@@ -77,8 +78,14 @@ record-of-rows-read = Record of { $rows } rows; { $shown } of them are in the ta
 rows-in-a-mean = rows in a mean
 sd-over-that-of-independent-rows = sd / sd of independent rows
 row-of-the-record = row
-that-of-rounding-to-its-last-digit = from rounding to { $step } (the last digit, divided by sqrt 12); the readings do not scatter more than this
-the-rounding-of-its-readings-which-show = from the rounding of the readings, which show no scatter
+that-of-rounding-to-its-last-digit = { $beyond ->
+    [yes] from rounding to { $step } (the last digit, divided by sqrt 12); beyond the lines of scatter, the variance of the readings is estimated as zero
+   *[no] from rounding to { $step } (the last digit, divided by sqrt 12); the readings do not scatter more than this
+}
+the-rounding-of-its-readings-which-show = { $beyond ->
+    [yes] from the rounding of the readings, which show no scatter beyond the lines of scatter
+   *[no] from the rounding of the readings, which show no scatter
+}
 residual-sd-of = { $per_sample ->
     [yes] Residual standard deviation of one sample of `{ $sensor }`
    *[no] Residual standard deviation of `{ $sensor }`
@@ -378,10 +385,22 @@ no-values-meet-constraints-together-none-was = constraints { $named } contradict
 the-constraints-were-not-applied-the-readings = the constraints were not applied: not all parameters are estimable, or the solver did not converge
 constraint-costs-in-chi-square = constraint { $index } ({ $text }) increases chi-square by { $cost }
 rejected-the-readings-contradict-the-bounds-p = REJECTED: the readings contradict the bounds (p = { $p })
-no-bound-is-active-the-estimate-is = no bound is active: the estimate is the unconstrained one
+no-bound-is-active-the-estimate-is = { $equations ->
+    [yes] no bound is active
+   *[no] no bound is active: the estimate is the unconstrained one
+}
+equations-cost-in-chi-square = { $n ->
+    [one] the equality increases chi-square by { $cost }
+   *[other] { $n } equalities increase chi-square by { $cost }
+}{ $tested ->
+    [yes] { "" } (p = { $p })
+   *[no] { "" }
+}
+rejected-the-readings-contradict-the-equations-p = REJECTED: the readings contradict the equalities (p = { $p })
 
 # report/monte_carlo.rs
 the-first-order-does-not-describe-its = first-order propagation is not adequate for { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
+bounds-held-trials-back = bounds hold trials back: drawn is the constrained estimate, while u and the first-order intervals are those of the estimate without bounds; they are not compared
 
 # fit/remarks.rs
 times-go-back = { $count ->
@@ -454,6 +473,7 @@ stop-unsettled = the scale factors of the weights did not converge in the last s
 stop-limit = the limit of the number of steps was reached
 stop-stalled = the steps remain large although the fit no longer improves: the readings determine some combination of parameters poorly
 stop-no-descent = no fraction of the last step improves the fit
+stop-less-likely = the readings are far less likely at the solution than at the reference point, because what scatters follows the estimates; state starting values
 stop-out-of-range = numerical overflow after the last step
 
 # report/changes.rs
@@ -514,7 +534,10 @@ quantity-at = { $id } at { $value }
 
 # fit/azimuth.rs
 azimuth-is-any = both components may be zero, so every direction is possible: the interval is the full circle, and u is that of a uniformly distributed angle
-azimuth-interval = { $level } % interval { $low } to { $high }{ $unit }: the components are near zero, so it is not estimate - U to estimate + U
+azimuth-interval = { $bounded ->
+    [yes] { $level } % interval { $low } to { $high }{ $unit }: it and U are those of the unconstrained estimate, truncated at the bounds
+   *[no] { $level } % interval { $low } to { $high }{ $unit }: the components are near zero, so it is not estimate - U to estimate + U
+}
 
 # fit/scale_factor.rs
 largest-of-alike = the largest of { $of } deviations; within the noise, any of { $alike } may be the largest, so k is that of the maximum of { $alike }

@@ -25,6 +25,7 @@ count-degree = 自由度 { $n }
 term = { $word ->
     [free] 自由
     [at-bound] 位于界限上
+    [fixed] 由等式确定
     [not-estimable] 不可估计
     [pass] 合格
     [fail] 不合格
@@ -97,8 +98,14 @@ record-of-rows-read = 记录共 { $rows } 行；读数表和图中为其中 { $s
 rows-in-a-mean = 均值的行数
 sd-over-that-of-independent-rows = 标准差与独立行之比
 row-of-the-record = 行
-that-of-rounding-to-its-last-digit = 取自修约到 { $step }（末位，除以 √12）：读数的分散不超过此值
-the-rounding-of-its-readings-which-show = 取自读数的修约，读数未表现出分散
+that-of-rounding-to-its-last-digit = { $beyond ->
+    [yes] 取自修约到 { $step }（末位，除以 √12）：除各分散项外，读数的方差估计为零
+   *[no] 取自修约到 { $step }（末位，除以 √12）：读数的分散不超过此值
+}
+the-rounding-of-its-readings-which-show = { $beyond ->
+    [yes] 取自读数的修约，除各分散项外读数未表现出分散
+   *[no] 取自读数的修约，读数未表现出分散
+}
 residual-sd-of = { $per_sample ->
     [yes] `{ $sensor }` 单个样本的残差标准差
    *[no] `{ $sensor }` 的残差标准差
@@ -375,10 +382,19 @@ no-values-meet-constraints-together-none-was = 没有数值能同时满足约束
 the-constraints-were-not-applied-the-readings = 约束未施加：读数未能确定全部参数，或求解未成功
 constraint-costs-in-chi-square = 约束 { $index }（{ $text }）使 χ² 增加 { $cost }
 rejected-the-readings-contradict-the-bounds-p = 拒绝：读数与界限相矛盾（p = { $p }）
-no-bound-is-active-the-estimate-is = 没有起作用的界限：估计值即无约束估计值
+no-bound-is-active-the-estimate-is = { $equations ->
+    [yes] 没有起作用的界限
+   *[no] 没有起作用的界限：估计值即无约束估计值
+}
+equations-cost-in-chi-square = { $n } 个等式使 χ² 增加 { $cost }{ $tested ->
+    [yes] （p = { $p }）
+   *[no] { "" }
+}
+rejected-the-readings-contradict-the-equations-p = 拒绝：读数与等式相矛盾（p = { $p }）
 
 # report/monte_carlo.rs
 the-first-order-does-not-describe-its = 一阶近似不足以描述 { $id }：其 { $level } % 区间端点相差达 { $sd } u；请采用蒙特卡洛法的区间
+bounds-held-trials-back = 部分试样受界限约束：所抽取的是有约束的估计值，而 u 与一阶近似区间属于无界限的估计值；两者不作比较
 
 # fit/remarks.rs
 times-go-back = { $name } 有 { $count } 处倒退（首次在第 { $reading } 个读数，{ $time }），其余均依次递增：这些时间是否正确？
@@ -399,6 +415,7 @@ stop-unsettled = 最后一步内的尺度未能稳定
 stop-limit = 步数已达上限
 stop-stalled = 步长仍大而拟合不再改善：读数几乎不能确定某个方向
 stop-no-descent = 最后一步的任何部分都不能改善拟合
+stop-less-likely = 由于分散随估计值而变，读数在解处的似然远小于参考点处；请给出初值
 stop-out-of-range = 数值超出双精度范围
 
 # campaign/identity.rs
@@ -491,7 +508,10 @@ quantity-at = { $value } 处的 { $id }
 
 # fit/azimuth.rs
 azimuth-is-any = 两个分量都可能为零，任何方向均有可能：区间为整个圆周，u 取方位完全未知时的标准不确定度
-azimuth-interval = { $level } % 区间为 { $low } 至 { $high }{ $unit }：分量接近零，该区间不同于量值 - U 至量值 + U
+azimuth-interval = { $bounded ->
+    [yes] { $level } % 区间为 { $low } 至 { $high }{ $unit }：该区间与 U 属于无约束估计，截取界限所容许的部分
+   *[no] { $level } % 区间为 { $low } 至 { $high }{ $unit }：分量接近零，该区间不同于量值 - U 至量值 + U
+}
 
 # fit/scale_factor.rs
 largest-of-alike = { $of } 个偏差中的最大值，其中 { $alike } 个在噪声范围内与最大值无法区分：k 取 { $alike } 个之最大值的包含因子

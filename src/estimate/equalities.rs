@@ -44,6 +44,11 @@ impl Elimination {
     pub(crate) fn offset(&self) -> &[f64] {
         &self.offset
     }
+
+    /// Do the equations leave this unknown one value?
+    pub(crate) fn fixes(&self, unknown: usize) -> bool {
+        unknown < self.lift.nrows() && (0..self.lift.ncols()).all(|t| self.lift[(unknown, t)] == 0.0)
+    }
 }
 
 /// Relative size below which an eliminated row is empty.

@@ -11,7 +11,7 @@
 use crate::vocabulary::vocabulary;
 
 use super::cone_program::{Answer, Face, nearest, polish};
-use super::{Estimate, Group, System};
+use super::{Equation, Estimate, Group, System};
 use faer::Mat;
 
 /// Something that must hold for the unknowns `x` of a system.
@@ -33,6 +33,23 @@ pub enum Inequality {
         /// Largest norm.
         at_most: f64,
     },
+}
+
+impl Inequality {
+    /// The equation that holds where this side is active, to first order about this solution.
+    pub(crate) fn face(&self, side: Side, solution: &[f64]) -> Equation {
+        match self {
+            Inequality::Range { terms, lower, upper } => {
+                Equation { terms: terms.clone(), value: if side == Side::Lower { *lower } else { *upper } }
+            }
+            Inequality::Norm { of, at_most } => {
+                let normal = of.iter().map(|(j, from)| (*j, (from + solution[*j]) / at_most));
+                let terms: Vec<(usize, f64)> = normal.collect();
+                let value = terms.iter().map(|(j, c)| c * solution[*j]).sum();
+                Equation { terms, value }
+            }
+        }
+    }
 }
 
 vocabulary! {
@@ -113,33 +130,51 @@ pub fn restrict(system: &System, estimate: &Estimate, inequalities: &[Inequality
         return Restricted::NotApplied;
     }
     let along = estimate.factor.whitened_directions();
-    let mut problem = Problem { free: &estimate.unknowns.solution, along: &along, unit: 1.0, sides: Vec::new() };
-    for (k, inequality) in inequalities.iter().enumerate() {
-        if !problem.add(k, inequality) {
-            let mut alone = vec![k];
-            alone.dedup();
-            return Restricted::Infeasible(alone);
-        }
-    }
-    let origin = vec![0.0; along.ncols()];
-    let worst = problem.sides.iter().map(|side| side.face.violation(&origin)).fold(0.0_f64, f64::max);
-    if worst <= 0.0 {
+    let mut problem = match Problem::new(&estimate.unknowns.solution, &along, inequalities) {
+        Ok(problem) => problem,
+        Err(alone) => return Restricted::Infeasible(vec![alone]),
+    };
+    if problem.is_met() {
         return free(&estimate.unknowns.solution);
     }
     // without degrees of freedom no violation is within the noise
-    let least = if scale_estimated(system) { estimate.residual_sd().unwrap_or(0.0) } else { 1.0 } * 1e-6;
-    let violation = |side: &Sided| match &side.face {
-        Face::Plane { limit, .. } => (-limit).max(0.0),
-        // from outside a ball, the distance in v is not known; a length that brings its coordinates to order one
-        Face::Ball { along, at } => {
-            let steepest = along.col_iter().map(|c| c.norm_l2()).fold(0.0_f64, f64::max);
-            let norm = at.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if steepest > 0.0 { (norm - 1.0).max(0.0) / steepest } else { 0.0 }
-        }
-    };
-    let unit = problem.sides.iter().map(violation).fold(least, f64::max);
-    problem.rescale(unit);
+    problem.rescale(if scale_estimated(system) { estimate.residual_sd().unwrap_or(0.0) } else { 1.0 } * 1e-6);
     problem.solve(estimate, scale_estimated(system))
+}
+
+/// Inequalities about unknowns, and the metric in which an estimate is carried to the nearest values that meet them.
+#[derive(Debug, Clone)]
+pub struct Bounds {
+    /// A root of the covariance of the unknowns, unknowns x rank.
+    pub along: Mat<f64>,
+    /// What must hold for the unknowns.
+    pub inequalities: Vec<Inequality>,
+}
+
+impl Bounds {
+    /// Carry unknowns, which are the first of these values, to the nearest ones that meet all; did any bound hold them back? Not-a-number where no
+    /// values were found.
+    pub(crate) fn hold(&self, values: &mut [f64]) -> bool {
+        let free = values.get(..self.along.nrows()).unwrap_or_default();
+        let problem = Problem::new(free, &self.along, &self.inequalities).ok();
+        if problem.as_ref().is_some_and(Problem::is_met) {
+            return false;
+        }
+        let held = problem.and_then(|mut problem| {
+            problem.rescale(0.0);
+            let (faces, start) = (problem.faces(), vec![0.0; self.along.ncols()]);
+            let found = polish(&faces, &[], &start).or_else(|| match nearest(start.len(), &faces) {
+                Answer::Nearest { v, active } => polish(&faces, &active, &v),
+                _ => None,
+            })?;
+            Some(problem.at(&found.v))
+        });
+        match held {
+            Some(held) => values.iter_mut().zip(held).for_each(|(value, held)| *value = held),
+            None => values.fill(f64::NAN),
+        }
+        true
+    }
 }
 
 /// Is the common variance of all rows estimated after the adjustment (one group alone)?
@@ -165,7 +200,37 @@ struct Problem<'a> {
     sides: Vec<Sided>,
 }
 
-impl Problem<'_> {
+impl<'a> Problem<'a> {
+    /// The inequalities about an estimate; or one of them that contradicts what is fixed already.
+    fn new(free: &'a [f64], along: &'a Mat<f64>, inequalities: &[Inequality]) -> Result<Self, usize> {
+        let mut problem = Problem { free, along, unit: 1.0, sides: Vec::new() };
+        match inequalities.iter().enumerate().find(|(k, inequality)| !problem.add(*k, inequality)) {
+            Some((k, _)) => Err(k),
+            None => Ok(problem),
+        }
+    }
+
+    /// Does the estimate meet all?
+    fn is_met(&self) -> bool {
+        let origin = vec![0.0; self.along.ncols()];
+        !self.sides.iter().any(|side| side.face.violation(&origin) > 0.0)
+    }
+
+    fn faces(&self) -> Vec<Face> {
+        self.sides.iter().map(|side| side.face.clone()).collect()
+    }
+
+    /// The unknowns at `v`.
+    fn at(&self, v: &[f64]) -> Vec<f64> {
+        let mut solution = self.free.to_vec();
+        for (l, v) in v.iter().enumerate() {
+            for (x, t) in solution.iter_mut().zip(self.along.col_as_slice(l)) {
+                *x += t * v * self.unit;
+            }
+        }
+        solution
+    }
+
     /// Add an inequality; false if it contradicts what is fixed already.
     fn add(&mut self, k: usize, inequality: &Inequality) -> bool {
         let rank = self.along.ncols();
@@ -206,8 +271,18 @@ impl Problem<'_> {
         true
     }
 
-    /// Measure `v` in this unit.
-    fn rescale(&mut self, unit: f64) {
+    /// Measure `v` in the largest violation, and no less than this.
+    fn rescale(&mut self, least: f64) {
+        let violation = |side: &Sided| match &side.face {
+            Face::Plane { limit, .. } => (-limit).max(0.0),
+            // from outside a ball, the distance in v is not known; a length that brings its coordinates to order one
+            Face::Ball { along, at } => {
+                let steepest = along.col_iter().map(|c| c.norm_l2()).fold(0.0_f64, f64::max);
+                let norm = at.iter().map(|x| x * x).sum::<f64>().sqrt();
+                if steepest > 0.0 { (norm - 1.0).max(0.0) / steepest } else { 0.0 }
+            }
+        };
+        let unit = self.sides.iter().map(violation).fold(least, f64::max);
         self.unit = unit;
         for side in &mut self.sides {
             match &mut side.face {
@@ -219,7 +294,7 @@ impl Problem<'_> {
 
     fn solve(&self, estimate: &Estimate, scale_estimated: bool) -> Restricted {
         let size = self.along.ncols();
-        let faces: Vec<Face> = self.sides.iter().map(|side| side.face.clone()).collect();
+        let faces = self.faces();
         let (start, guess) = match nearest(size, &faces) {
             Answer::Nearest { v, active } => (v, active),
             Answer::Infeasible(involved) => return self.infeasible(&involved),
@@ -228,12 +303,7 @@ impl Problem<'_> {
         let Some(polished) = polish(&faces, &guess, &start) else { return Restricted::NotApplied };
         let square = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
         let cost = square(&polished.v) * self.unit * self.unit;
-        let mut solution = self.free.to_vec();
-        for (l, v) in polished.v.iter().enumerate() {
-            for (x, t) in solution.iter_mut().zip(self.along.col_as_slice(l)) {
-                *x += t * v * self.unit;
-            }
-        }
+        let solution = self.at(&polished.v);
         let mut active = Vec::new();
         for (k, multiplier) in &polished.active {
             let side = &self.sides[*k];

@@ -61,7 +61,7 @@ pub(crate) use factor::{Factor, product_by_rows};
 pub use fold::Fold;
 pub(crate) use groups::{NO_REDUNDANCY, ScaleHints};
 pub(crate) use inequalities::Side;
-pub use inequalities::{Inequality, Restricted, restrict};
+pub use inequalities::{Bounds, Inequality, Restricted, restrict};
 pub(crate) use scatter::{
     Absorbed, Chain, Floor, Likelihood, Mixture, NEWTON_STEPS, Node, NoiseModel, NoisePart, PartNoise, Slot, Stepped,
     TimeNoise, Variances, deviation_range, satterthwaite, scattered, scattered_with, step_scattered, time_range,

@@ -87,7 +87,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         let cells = cells(campaign, design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, each);
     }
-    if step.robust.is_some() || step.change != step.estimate.unknowns.solution {
+    if step.robust.is_some() {
         // residuals are not those of least squares here
         return checks;
     }
@@ -128,7 +128,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     }
     checks.detectable = whitened.detectable(common);
     let unknowns = campaign.unknowns();
-    let sensitivity = |j: usize, i: usize| step.noise.sensitivities[(j, i)];
+    let sensitivity = |j: usize, i: usize| step.sensitivities()[(j, i)];
     if let Some(found) = checks.snooping.as_ref().filter(|found| !found.suspects.is_empty()) {
         checks.without_suspects = (0..unknowns)
             .map(|j| -found.suspects.iter().map(|s| sensitivity(j, s.row) * s.shift).sum::<f64>())

@@ -5,13 +5,15 @@
 use super::step::{self, Linear, Step};
 use super::system::{differences, rounding};
 use super::{Estimator, Settings, rules, starts};
-use crate::campaign::{Campaign, Kind, Role};
+use crate::campaign::{Campaign, Deviating, Kind, Role, Scatter};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Coupling, Estimate, Group, System};
+use crate::estimate::{Coupling, Estimate, Group, Scattered, System};
 use crate::language::{Sentence, sentence};
 use crate::number;
+use crate::quality;
+use crate::uncertainty::quantiles::chi_square_quantile;
 use crate::vocabulary::vocabulary;
 
 /// What Gauss-Newton did.
@@ -46,6 +48,8 @@ vocabulary! {
         Stalled = "steps stay long while the fit no longer becomes better: the readings hardly determine some direction",
         /// No share of the last step makes the fit better.
         NoDescent = "no part of the last step makes the fit better",
+        /// The last step moved nothing that matters, but the readings are far less likely there than by the linear model at the reference point.
+        LessLikely = "the readings are far less likely at the solution than at the reference point",
         /// Beyond the last point numbers leave the range of a double.
         OutOfRange = "numbers leave the range of a double",
     }
@@ -60,6 +64,7 @@ impl Stop {
             Stop::Limit => sentence!("stop-limit"),
             Stop::Stalled => sentence!("stop-stalled"),
             Stop::NoDescent => sentence!("stop-no-descent"),
+            Stop::LessLikely => sentence!("stop-less-likely"),
             Stop::OutOfRange => sentence!("stop-out-of-range"),
         }
     }
@@ -161,9 +166,26 @@ pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, sett
     if moved.is_empty() {
         found.weak.extend(in_sight);
     }
-    let Found { design, step, stop, iterations, held, weak, judged_at } = found;
+    let Found { design, step, mut stop, iterations, held, weak, judged_at } = found;
+    if stop == Stop::Settled && is_less_likely(campaign, model, &step, settings)? {
+        stop = Stop::LessLikely;
+    }
     let record = Convergence { converged: stop == Stop::Settled, stop, iterations, linear, held, moved };
     Ok(Ended { design, step, record: Some(record), judged_at, weak })
+}
+
+/// Where deviations act through what is estimated, their size follows the unknowns; steps, which take it as it is, may settle where it hides any misfit. Is twice
+/// the logarithm of the likelihood less there than by the linear model at the reference point, by more than true values of all unknowns cost once in a thousand times?
+fn is_less_likely(campaign: &Campaign, model: &Model, step: &Step, settings: &Settings) -> Result<bool> {
+    let follows = |line: &Scatter| matches!(line.of, Deviating::Joint(_) | Deviating::Parameter(_));
+    let Some(found) = step.scattered.as_ref().filter(|_| campaign.scatter.iter().any(follows)) else {
+        return Ok(false);
+    };
+    let first = step::solve(campaign, &design::assemble(campaign, model, &campaign.reference_point())?, settings)?;
+    let alike = |first: &Scattered| first.estimate.unknowns.rank == found.estimate.unknowns.rank;
+    let most = chi_square_quantile(1.0 - quality::ALPHA, found.estimate.unknowns.rank as f64);
+    let first = first.scattered.filter(alike).zip(most);
+    Ok(first.is_some_and(|(first, most)| found.deviance - first.deviance > most))
 }
 
 /// What leads from a start to a solution.

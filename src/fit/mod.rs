@@ -44,7 +44,7 @@ pub use questions::Angle;
 pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::RobustMethod;
 pub(crate) use robust::RobustRecord;
-pub use rules::Constraints;
+pub use rules::{Constraints, Cost};
 pub(crate) use scale_factor::{ScaleFactorError, ScaleFactorFrom};
 pub use scatter::scatter_lines;
 pub(crate) use scatter::{floor, own_noise, scattered, spelled_out, stated_variances, whitening};
@@ -137,7 +137,7 @@ pub struct Fit {
     pub design: DesignMatrix,
     /// The weighted system; rows of the design first, then one row for each prior.
     pub system: System,
-    /// The adjustment.
+    /// The adjustment, a bound that is active being an equation.
     pub estimate: Estimate,
     /// Estimated values, all parameters in campaign order (those not estimable at their reference).
     pub point: Vec<f64>,
@@ -188,6 +188,7 @@ impl Fit {
             || self.global_test.is_some_and(|test| test.rejected)
             || matches!(self.constraints, Constraints::Contradictory(_) | Constraints::NotApplied)
             || self.bounds_are_rejected() == Some(true)
+            || self.equations_are_rejected() == Some(true)
             || !self.settled
             || !self.stuck().is_empty()
             || !self.noise.absorbed.is_empty()
@@ -223,20 +224,36 @@ impl Fit {
         self.bounds_p().map(|p| p < 1.0 - self.settings.level)
     }
 
-    /// Probability that bounds which are true cost as much as the active ones do; `None` where none is active.
-    ///
-    /// The cost of `k` active bounds is `chi^2_k`, or `k F(k, dof)` where the variance is estimated; an inequality that is true costs less.
+    /// Probability that bounds which are true cost as much as the active ones do; `None` where none is active. An inequality that is true costs less than
+    /// an equation.
     pub(crate) fn bounds_p(&self) -> Option<f64> {
         let Constraints::Met { active, cost, .. } = &self.constraints else { return None };
-        let count = active.len() as f64;
-        if active.is_empty() || !cost.is_finite() {
+        // each active bound is an equation of the adjustment
+        let dof = self.estimate.dof.saturating_sub(active.len());
+        self.cost_p(Cost { chi_square: *cost, count: active.len(), dof })
+    }
+
+    /// Do the readings contradict the equations, at the level? `None` where there are none, or where they take nothing that the readings tell.
+    pub(crate) fn equations_are_rejected(&self) -> Option<bool> {
+        self.equations_p().map(|p| p < 1.0 - self.settings.level)
+    }
+
+    /// Probability that equations which are true cost as much.
+    pub(crate) fn equations_p(&self) -> Option<f64> {
+        let Constraints::Met { equations, .. } = &self.constraints else { return None };
+        self.cost_p((*equations)?)
+    }
+
+    /// The cost of `k` equations that are true is `chi^2_k`, or `k F(k, dof)` where the variance is estimated.
+    fn cost_p(&self, Cost { chi_square, count, dof }: Cost) -> Option<f64> {
+        if count == 0 || !chi_square.is_finite() {
             return None;
         }
         let estimated = self.system.group.iter().all(|group| matches!(group, Group::Estimated(_)));
         match estimated {
-            true if self.estimate.dof == 0 => None,
-            true => fisher_f_survival(cost / count, count, self.estimate.dof as f64),
-            false => chi_square_survival(*cost, count),
+            true if dof == 0 => None,
+            true => fisher_f_survival(chi_square / count as f64, count as f64, dof as f64),
+            false => chi_square_survival(chi_square, count as f64),
         }
     }
 
@@ -371,13 +388,15 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let mut quality = quality::rows(tested, adjusted, shared);
     quality.truncate(step.system.observed.len());
     quality.iter_mut().zip(&step.estimate.residuals).for_each(|(own, v)| own.residual = *v);
-    let step::Step { system, estimate, noise, constraints, robust, settled, scattered, .. } = step;
+    let step::Step { system, estimate, mut noise, on_face, constraints, robust, settled, scattered, .. } = step;
     let known = parameters::known_inputs(campaign, at_solution, &noise);
     let judged = (weak.as_slice(), judged_at.as_deref());
     let budgets = BudgetInputs::new(campaign, (&estimate, &noise), known, settings.level, judged);
-    let free: Vec<f64> = design.point.iter().zip(&estimate.unknowns.solution).map(|(x, dx)| x + dx).collect();
+    let free = if let Constraints::Met { free, .. } = &constraints { free } else { &point };
     let Told { parameters, covariance, derived, combinations, known: known_sensitivities } =
-        budgets.told(&point, &free, &constraints)?;
+        budgets.told(&point, free, &constraints)?;
+    // budgets are those of the estimate without bounds, what a fault does is that of the one with them
+    noise.sensitivities = on_face.unwrap_or(noise.sensitivities);
     let judged = match judged_at {
         Some(point) if !estimate.unknowns.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
         _ => None,

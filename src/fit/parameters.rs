@@ -21,6 +21,8 @@ vocabulary! {
         Free = "free",
         /// On a bound.
         AtBound = "at-bound",
+        /// Given by equations.
+        Fixed = "fixed",
         /// Only a combination with others is determined.
         NotEstimable = "not-estimable",
     }
@@ -46,7 +48,7 @@ pub struct ParameterResult {
     pub interval: Option<(f64, f64)>,
     /// Where the uncertainty comes from.
     pub budget: Vec<Contribution>,
-    /// Free, at a bound, or not estimable.
+    /// Free, given, at a bound, or not estimable.
     pub state: State,
 }
 
@@ -63,6 +65,8 @@ pub struct DerivedResult {
     pub value: Option<f64>,
     /// First-order combined uncertainty; of an azimuth that may be any, that of the whole circle.
     pub uncertainty: Option<Combined>,
+    /// Coverage interval, as that of a parameter, in first order.
+    pub interval: Option<(f64, f64)>,
     /// The directions that an azimuth may have, in the unit of the value; `None` for what is no azimuth.
     pub sector: Option<Sector>,
     /// Where the uncertainty comes from.
@@ -133,6 +137,9 @@ pub(super) struct Told {
     pub known: Vec<(usize, Known, Vec<f64>)>,
 }
 
+/// Coverage interval of a quantity of this value that follows the parameters like this, from its expanded uncertainty.
+type Interval<'a> = dyn Fn(f64, &[f64], f64) -> Option<(f64, f64)> + 'a;
+
 /// What every budget of a fit needs.
 pub(super) struct BudgetInputs<'a> {
     campaign: &'a Campaign,
@@ -160,14 +167,24 @@ impl<'a> BudgetInputs<'a> {
     pub(super) fn told(&self, point: &[f64], free: &[f64], constraints: &Constraints) -> Result<Told> {
         let at_bound = rules::at_bound(self.campaign, constraints);
         let bounded = matches!(constraints, Constraints::Met { .. });
-        let none = (f64::NEG_INFINITY, f64::INFINITY);
-        let allowed = |k| if bounded { rules::allowed(self.campaign, k) } else { none };
+        let fixed = if bounded { rules::fixed(self.campaign, point) } else { Vec::new() };
+        let interval = |value: f64, along: &[f64], expanded: f64| {
+            let to = |x: &[f64]| along.iter().zip(x.iter().zip(point)).map(|(c, (x, at))| c * (x - at)).sum::<f64>();
+            let zero = vec![0.0; along.len()];
+            let (low, high) = match bounded {
+                true => rules::allowed(self.campaign, along),
+                false => (f64::NEG_INFINITY, f64::INFINITY),
+            };
+            let (centre, origin) = (value + to(free), value + to(&zero));
+            let (a, b) = ((centre - expanded).max(origin + low), (centre + expanded).min(origin + high));
+            (a <= b).then_some((a, b))
+        };
         let index = |id: &str| self.campaign.parameter_index(id);
         let known = self.known.iter().filter_map(|(id, known, c)| Some((index(id)?, *known, c.clone())));
         Ok(Told {
-            parameters: self.parameters(point, free, &at_bound, allowed),
+            parameters: self.parameters(point, (&at_bound, &fixed), &interval),
             covariance: self.covariance(),
-            derived: self.derived(point)?,
+            derived: self.derived(point, &interval)?,
             combinations: self.combinations(point),
             known: known.collect(),
         })
@@ -240,13 +257,12 @@ impl<'a> BudgetInputs<'a> {
         self.budget(slopes.part(..self.campaign.unknowns()), own)
     }
 
-    /// Results of all estimated parameters; `allowed` are the values that constraints leave each.
+    /// Results of all estimated parameters.
     fn parameters(
         &self,
         point: &[f64],
-        free: &[f64],
-        at_bound: &[usize],
-        allowed: impl Fn(usize) -> (f64, f64),
+        (at_bound, fixed): (&[usize], &[usize]),
+        interval: &Interval<'_>,
     ) -> Vec<ParameterResult> {
         let result = |(k, parameter): (usize, &Parameter)| {
             let estimable = self.estimate.unknowns.is_estimable(k);
@@ -255,15 +271,12 @@ impl<'a> BudgetInputs<'a> {
                 *one = 1.0;
             }
             let (budget, uncertainty) = if estimable { self.budget(&along, |_| 0.0) } else { (Vec::new(), None) };
-            let interval = uncertainty.zip(free.get(k)).and_then(|(combined, centre)| {
-                let (low, high) = allowed(k);
-                let (a, b) = ((centre - combined.expanded).max(low), (centre + combined.expanded).min(high));
-                (a <= b).then_some((a, b))
-            });
-            let state = match (estimable, at_bound.contains(&k)) {
-                (false, _) => State::NotEstimable,
-                (true, true) => State::AtBound,
-                (true, false) => State::Free,
+            let interval = uncertainty.and_then(|combined| interval(point.at(k), &along, combined.expanded));
+            let state = match estimable {
+                false => State::NotEstimable,
+                true if fixed.contains(&k) => State::Fixed,
+                true if at_bound.contains(&k) => State::AtBound,
+                true => State::Free,
             };
             ParameterResult {
                 id: parameter.id.clone(),
@@ -347,7 +360,7 @@ impl<'a> BudgetInputs<'a> {
     /// Results of the derived quantities: first order, `c = d quantity / d parameters` at the estimate.
     ///
     /// A known parameter acts twice, through the line itself and through the estimates: its sensitivity is the sum of both.
-    fn derived(&self, point: &[f64]) -> Result<Vec<DerivedResult>> {
+    fn derived(&self, point: &[f64], interval: &Interval<'_>) -> Result<Vec<DerivedResult>> {
         let campaign = self.campaign;
         let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
         let finite = |(value, slopes): &(f64, Vec<f64>)| value.is_finite() && slopes.iter().all(|c| c.is_finite());
@@ -383,6 +396,7 @@ impl<'a> BudgetInputs<'a> {
                     && quantity.line.angle_degree(&angle) == Some(1.0),
                 value: usable.then_some(value),
                 uncertainty,
+                interval: uncertainty.and_then(|combined| interval(value, along, combined.expanded)),
                 sector,
                 budget,
             })

@@ -1,10 +1,10 @@
 //! A fit's distributions, drawn: Monte Carlo beside the first order.
 
 use super::Fit;
+use super::rules::Rules;
 use crate::algebra::Tape;
-use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::uncertainty::Combined;
+use crate::estimate::Bounds;
 use crate::uncertainty::monte_carlo::{KnownInput, Model, Output, Propagated, monte_carlo};
 
 /// Monte Carlo of a fit beside the first order: its outputs are the estimable parameters, then the derived quantities that have a value.
@@ -17,6 +17,9 @@ pub struct Drawn {
     pub asked: usize,
     /// Seed.
     pub seed: u64,
+    /// Did bounds hold any trial back? What was drawn is the constrained estimate.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub held: bool,
     /// Each output.
     pub outputs: Vec<DrawnOutput>,
     /// Several outputs together (GUM Supplement 2): the derived quantities, or the parameters where fewer than two are derived.
@@ -38,10 +41,11 @@ pub struct DrawnOutput {
     pub interval: [f64; 2],
     /// Shortest coverage interval, in the quantity's unit.
     pub shortest: [f64; 2],
-    /// First-order interval, in the quantity's unit.
+    /// First-order interval, in the quantity's unit; with bounds that of the estimate without them, cut to what they allow.
     pub first_order: Option<[f64; 2]>,
     /// Is the first order as good as two digits of the uncertainty (JCGM 101, clause 8): do both ends of the symmetric interval agree within
-    /// half a unit of the second digit of `u` and the sampling error of the trials?
+    /// half a unit of the second digit of `u` and the sampling error of the trials? Null where bounds held trials back: the first order is not about
+    /// the constrained estimate.
     pub first_order_agrees: Option<bool>,
 }
 
@@ -68,7 +72,7 @@ const TRIALS: std::ops::RangeInclusive<usize> = 1_000..=MOST_TRIALS;
 /// Draw a fit's parameters and derived quantities.
 ///
 /// The parameters scatter about the estimate that equations restrict but inequalities do not (as its intervals do), linearly in the
-/// readings and the known inputs; the derived lines are evaluated in full. `None` where no uncertainty is known or nothing is estimable.
+/// readings and the known inputs, and each trial is constrained as the estimate is; the derived lines are evaluated in full. `None` where no uncertainty is known or nothing is estimable.
 /// Errors: fewer than 1000 or more than 20 million trials.
 pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Sync)) -> Result<Option<Drawn>> {
     if !TRIALS.contains(&trials) {
@@ -81,8 +85,11 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
     }
     let campaign = &fit.campaign;
     let mut point = fit.point.clone();
-    if let super::Constraints::Met { free, .. } = &fit.constraints {
+    let mut bounds = None;
+    if let super::Constraints::Met { free, along, .. } = &fit.constraints {
         point.iter_mut().zip(free).for_each(|(x, free)| *x = *free);
+        let inequalities = Rules::at(campaign, &vec![0.0; point.len()]).inequalities;
+        bounds = Some(Bounds { along: along.clone(), inequalities });
     }
     let scatter = fit.noise.scatter();
     let indices: Vec<usize> = fit.known_sensitivities.iter().map(|(parameter, ..)| *parameter).collect();
@@ -97,37 +104,37 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
         let Some(combined) = result.uncertainty else { continue };
         names.push(result.id.clone());
         outputs.push(Output::Parameter(k));
-        first_order.push((point.at(k), combined));
+        first_order.push((result.interval, combined.u));
     }
     let parameters = names.len();
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
     for (quantity, result) in campaign.derived.iter().zip(&fit.derived) {
-        let (Some(value), Some(combined)) = (result.value, result.uncertainty) else { continue };
+        let (Some(_), Some(combined)) = (result.value, result.uncertainty) else { continue };
         names.push(result.id.clone());
         outputs.push(Output::Line(Tape::compile(&quantity.line, &ids)?));
-        first_order.push((value, combined));
+        first_order.push((result.interval, combined.u));
     }
     if outputs.is_empty() {
         return Ok(None);
     }
-    let model = Model { point, scatter, known, correlation, outputs };
+    let model = Model { point, scatter, known, correlation, outputs, bounds };
     let Some(trials) = monte_carlo(&model, trials, seed, parameters, fit.settings.level, progress) else {
         return Ok(None);
     };
-    let agrees = |(value, combined): (f64, Combined), ends: [(f64, f64); 2]| {
-        let u = Some(combined.u).filter(|u| *u > 0.0)?;
+    let agrees = |((low, high), u): ((f64, f64), f64), ends: [(f64, f64); 2]| {
+        let u = Some(u).filter(|u| *u > 0.0 && !trials.held)?;
         let digit = 10f64.powf(u.log10().floor() - 1.0);
         let within = |end: f64, (least, most): (f64, f64)| end >= least - 0.5 * digit && end <= most + 0.5 * digit;
-        Some(within(value - combined.expanded, ends[0]) && within(value + combined.expanded, ends[1]))
+        Some(within(low, ends[0]) && within(high, ends[1]))
     };
-    let output = |((id, law), first): ((&String, &Propagated), (f64, Combined))| DrawnOutput {
+    let output = |((id, law), (first, u)): ((&String, &Propagated), (Option<(f64, f64)>, f64))| DrawnOutput {
         id: id.clone(),
         mean: law.mean,
         u: law.sd,
         interval: law.symmetric.into(),
         shortest: law.shortest.into(),
-        first_order: Some([first.0 - first.1.expanded, first.0 + first.1.expanded]),
-        first_order_agrees: agrees(first, law.ends),
+        first_order: first.map(<[f64; 2]>::from),
+        first_order_agrees: first.and_then(|first| agrees((first, u), law.ends)),
     };
     let outputs = names.iter().zip(&trials.outputs).zip(first_order).map(output).collect();
     let several = names.len() - parameters >= 2;
@@ -140,5 +147,6 @@ pub fn draw(fit: &Fit, trials: usize, seed: u64, progress: &(dyn Fn(usize) + Syn
             .collect(),
         ellipsoid_factor: trials.ellipsoid_factor,
     });
-    Ok(Some(Drawn { trials: trials.trials, asked: trials.asked, seed: trials.seed, outputs, joint }))
+    let (asked, seed, held) = (trials.asked, trials.seed, trials.held);
+    Ok(Some(Drawn { trials: trials.trials, asked, seed, held, outputs, joint }))
 }

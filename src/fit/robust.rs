@@ -213,14 +213,11 @@ fn inflation(
     if method == RobustMethod::L1 {
         return least_absolute_spread(&deviations, rank).powi(2) * m / free;
     }
-    let (mut squares, mut slopes) = (0.0, 0.0);
-    for d in deviations {
-        let (value, slope) = psi(method, d);
-        squares += value * value;
-        slopes += slope;
-    }
-    let mean = (slopes / m).max(1e-3);
-    let small_sample = 1.0 + rank as f64 / m * (1.0 - mean).max(0.0) / mean;
+    let (values, slopes): (Vec<f64>, Vec<f64>) = deviations.into_iter().map(|d| psi(method, d)).unzip();
+    let squares: f64 = values.iter().map(|value| value * value).sum();
+    let mean = (slopes.iter().sum::<f64>() / m).max(1e-3);
+    let spread = slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / m;
+    let small_sample = 1.0 + rank as f64 / m * spread / (mean * mean);
     small_sample.powi(2) * squares / free / (mean * mean)
 }
 

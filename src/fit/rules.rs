@@ -3,6 +3,7 @@
 use crate::campaign::{Campaign, Constraint};
 use crate::elements::Elements;
 use crate::estimate::{Elimination, Equation, Equations, Inequality, Side, System};
+use crate::linear::norm;
 use faer::Mat;
 
 /// What became of the constraints.
@@ -20,11 +21,26 @@ pub enum Constraints {
         on_face: Option<Mat<f64>>,
         /// The estimate that only the equations restrict, all estimated parameters.
         free: Vec<f64>,
+        /// A root of its covariance: the metric in which the nearest admissible values are found.
+        along: Mat<f64>,
+        /// What the equations cost, where there are such.
+        equations: Option<Cost>,
     },
     /// No values meet them all: these, by index in the campaign, contradict each other. None was applied.
     Contradictory(Vec<usize>),
     /// The inequalities were not applied: the readings leave a combination free, or the solver gave up.
     NotApplied,
+}
+
+/// What constraints cost together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cost {
+    /// By how much they raise chi-square.
+    pub chi_square: f64,
+    /// How many unknowns they take from the adjustment.
+    pub count: usize,
+    /// Degrees of freedom of the adjustment without them.
+    pub dof: usize,
 }
 
 /// A constraint that holds the estimate back.
@@ -41,6 +57,7 @@ pub struct ActiveConstraint {
 }
 
 /// Equations and inequalities of the change from a point; each with its constraint's index.
+#[derive(Clone)]
 pub(super) struct Rules {
     pub equations: Vec<Equation>,
     pub equation_of: Vec<usize>,
@@ -150,29 +167,43 @@ pub(super) fn is_feasible(campaign: &Campaign, point: &[f64]) -> bool {
     })
 }
 
-/// Values that constraints on a single parameter (or a norm that it is in) allow it.
-pub(super) fn allowed(campaign: &Campaign, parameter: usize) -> (f64, f64) {
+/// Values that constraints on this combination of parameters (or a norm of all that are in it) allow it.
+pub(super) fn allowed(campaign: &Campaign, along: &[f64]) -> (f64, f64) {
     let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let largest = along.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
     for constraint in &campaign.constraints {
-        match constraint {
+        let (a, b) = match constraint {
             Constraint::Linear { terms, lower, upper } => {
-                if let [(j, c)] = terms.as_slice()
-                    && *j == parameter
-                    && *c != 0.0
-                {
-                    let (a, b) = (lower / c, upper / c);
-                    low = low.max(a.min(b));
-                    high = high.min(a.max(b));
+                let mut own = vec![0.0; along.len()];
+                terms.iter().for_each(|(j, c)| own.iter_mut().skip(*j).take(1).for_each(|slot| *slot += c));
+                let Some((c, of)) = own.iter().zip(along).find(|(_, of)| of.abs() == largest) else { continue };
+                let times = c / of;
+                let same = |(c, of): (&f64, &f64)| (c - times * of).abs() <= 1e-14 * (times * largest).abs();
+                if !(times.abs() > 0.0) || !own.iter().zip(along).all(same) {
+                    continue;
                 }
+                (lower / times, upper / times)
             }
-            Constraint::Norm { of, at_most } if of.contains(&parameter) => {
-                low = low.max(-at_most);
-                high = high.min(*at_most);
+            Constraint::Norm { of, at_most } => {
+                if along.iter().enumerate().any(|(k, c)| *c != 0.0 && !of.contains(&k)) {
+                    continue;
+                }
+                let most = at_most * norm(along);
+                (-most, most)
             }
-            Constraint::Norm { .. } => {}
-        }
+        };
+        (low, high) = (low.max(a.min(b)), high.min(a.max(b)));
     }
     (low, high)
+}
+
+/// Parameters that the equations leave one value.
+pub(super) fn fixed(campaign: &Campaign, point: &[f64]) -> Vec<usize> {
+    let unknowns = campaign.unknowns();
+    match Equations::new(unknowns, &[], &Rules::at(campaign, point).equations) {
+        Equations::Consistent(elimination) => (0..unknowns).filter(|k| elimination.fixes(*k)).collect(),
+        Equations::Contradictory(_) => Vec::new(),
+    }
 }
 
 /// Parameters that an active constraint names.

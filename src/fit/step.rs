@@ -3,7 +3,7 @@
 use super::Settings;
 use super::noise::ScatterSources;
 use super::robust::{self, RobustRecord};
-use super::rules::{self, ActiveConstraint, Constraints, Rules};
+use super::rules::{self, ActiveConstraint, Constraints, Cost, Rules};
 use super::scatter::{own_system, scatter_lines};
 use super::system::{known_inputs, rounding, weigh};
 use crate::campaign::Campaign;
@@ -11,20 +11,23 @@ use crate::design::DesignMatrix;
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
-    self, Elimination, Equations, Estimate, Group, NO_REDUNDANCY, Restricted, ScaleHints, Scattered, Stepped, System,
-    Whitening, adjust, adjust_hinted, adjust_on, adjust_on_hinted, adjust_scattered, restrict, scattered_with,
+    self, Elimination, Equation, Equations, Estimate, Group, NO_REDUNDANCY, Restricted, ScaleHints, Scattered, Stepped,
+    System, Whitening, adjust, adjust_hinted, adjust_on, adjust_on_hinted, adjust_scattered, restrict, scattered_with,
 };
+use faer::Mat;
 
 /// What one step found.
 pub(super) struct Step {
     /// The weighted system.
     pub system: System,
-    /// The estimate that equations restrict but inequalities do not; residuals are those after the whole step.
+    /// The estimate that equations and active bounds restrict, these as equations of their own.
     pub estimate: Estimate,
     /// The step of the estimated parameters, constraints included.
     pub change: Vec<f64>,
-    /// What scatters.
+    /// What scatters, and what it makes of the estimate that equations restrict but inequalities do not.
     pub noise: ScatterSources,
+    /// `d x / d y` of the estimate with active bounds, where there are such.
+    pub on_face: Option<Mat<f64>>,
     /// What became of the constraints.
     pub constraints: Constraints,
     /// What the robust estimator did.
@@ -48,24 +51,107 @@ pub(super) struct Extended {
 impl Step {
     /// What the tests of residuals are about: the system, its adjustment, and what it shares.
     pub(crate) fn tested(&self) -> (&System, &Estimate, Option<&Scattered>) {
-        match &self.extended {
-            // an active bound is known here alone
-            Some(own) if self.change == self.estimate.unknowns.solution => {
-                (&own.system, &own.estimate, own.scattered.as_ref())
-            }
-            _ => (&self.system, &self.estimate, self.scattered.as_ref()),
-        }
+        tested(&self.system, &self.estimate, self.scattered.as_ref(), self.extended.as_ref())
+    }
+
+    /// `d x / d y` of the constrained estimate.
+    pub(crate) fn sensitivities(&self) -> &Mat<f64> {
+        self.on_face.as_ref().unwrap_or(&self.noise.sensitivities)
+    }
+}
+
+fn tested<'a>(
+    system: &'a System,
+    estimate: &'a Estimate,
+    scattered: Option<&'a Scattered>,
+    extended: Option<&'a Extended>,
+) -> (&'a System, &'a Estimate, Option<&'a Scattered>) {
+    match extended {
+        Some(own) => (&own.system, &own.estimate, own.scattered.as_ref()),
+        None => (system, estimate, scattered),
     }
 }
 
 /// Solve the linear problem at the design's point.
 pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Settings) -> Result<Step> {
     let system = weigh(campaign, design, settings.weighting)?;
-    let rules = Rules::at(campaign, &design.point);
-    let (elimination, contradiction) = match rules::contradiction(campaign) {
-        Some(named) => (None, Some(named)),
-        None => rules.eliminate(&system, campaign.unknowns()),
+    let mut rules = Rules::at(campaign, &design.point);
+    let contradiction = rules::contradiction(campaign).or_else(|| rules.eliminate(&system, campaign.unknowns()).1);
+    if contradiction.is_some() {
+        rules.equations.clear();
+    }
+    let of = |rules: &Rules, before: Option<&Adjusted>| adjusted(campaign, design, settings, &system, rules, before);
+    let free = of(&rules, None)?;
+    let change = free.estimate.unknowns.solution.clone();
+    let found = match contradiction {
+        Some(named) => (Constraints::Contradictory(named), None),
+        None if campaign.constraints.is_empty() => (Constraints::None, None),
+        None => {
+            let without = match rules.equations.is_empty() {
+                true => None,
+                false => Some(of(&Rules { equations: Vec::new(), ..rules.clone() }, Some(&free))?),
+            };
+            let equations = without.map(|without| cost(&system, &free, &without));
+            // whitened rows have unit variance, whatever was estimated on the way
+            let known = || System { group: vec![Group::Known; system.group.len()], ..system.clone() };
+            let weighed = if free.scattered.is_some() { known() } else { system.clone() };
+            inequalities(&weighed, &free.estimate, &rules, design, equations)
+        }
     };
+    let (constraints, (change, own, noise)) = match found {
+        (constraints, None) => (constraints, (change, free, None)),
+        (constraints, Some((change, active))) => {
+            rules.equations.extend(active);
+            let face = of(&rules, Some(&free))?;
+            (constraints, (change, Adjusted { settled: face.settled && free.settled, ..face }, Some(free.noise)))
+        }
+    };
+    let Adjusted { estimate, noise: own, robust, scattered, settled, extended } = own;
+    let (noise, on_face) = match noise {
+        Some(free) => (free, Some(own.sensitivities)),
+        None => (own, None),
+    };
+    Ok(Step { system, estimate, change, noise, on_face, constraints, robust, scattered, settled, extended })
+}
+
+/// What equations cost: the squares with them and without, in the variances without them.
+fn cost(system: &System, with: &Adjusted, without: &Adjusted) -> Cost {
+    let (rows, free, _) = without.tested(system);
+    let u = free.row_u(rows);
+    let squares = |own: &Adjusted| match own.tested(system) {
+        (.., Some(found)) => found.estimate.sum_of_squares,
+        (_, estimate, None) => estimate.residuals.iter().zip(&u).map(|(v, u)| (v / u).powi(2)).sum(),
+    };
+    let count = with.estimate.dof.saturating_sub(without.estimate.dof);
+    Cost { chi_square: (squares(with) - squares(without)).max(0.0), count, dof: without.estimate.dof }
+}
+
+/// The rows of a step adjusted with some equations.
+struct Adjusted {
+    estimate: Estimate,
+    noise: ScatterSources,
+    robust: Option<RobustRecord>,
+    scattered: Option<Scattered>,
+    settled: bool,
+    extended: Option<Extended>,
+}
+
+impl Adjusted {
+    fn tested<'a>(&'a self, system: &'a System) -> (&'a System, &'a Estimate, Option<&'a Scattered>) {
+        tested(system, &self.estimate, self.scattered.as_ref(), self.extended.as_ref())
+    }
+}
+
+/// Adjust; the variances are those of an adjustment `before`, where there was one and they decide the weights.
+fn adjusted(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    settings: &Settings,
+    system: &System,
+    rules: &Rules,
+    before: Option<&Adjusted>,
+) -> Result<Adjusted> {
+    let elimination = rules.eliminate(system, campaign.unknowns()).0;
     let mut robust_record = None;
     let mut settled = true;
     let mut scattered = None;
@@ -76,14 +162,14 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         Some((own, elimination))
     };
     let mut extended = None;
-    let (mut estimate, noise) = if let Some(method) = settings.robust {
-        let found = robust::estimate(&system, design.rows.len(), method, &settings.adjust)?;
-        let covariance = robust::covariance(&found, &system);
+    let (estimate, noise) = if let Some(method) = settings.robust {
+        let found = robust::estimate(system, design.rows.len(), method, &settings.adjust)?;
+        let covariance = robust::covariance(&found, system);
         let factor = |group: Option<usize>| {
             // rows with a stated u have the scale 1
             group.and_then(|g| found.scale.get(g)).copied().unwrap_or(1.0).powi(2) * found.inflation
         };
-        let noise = ScatterSources::robust(campaign, design, &system, &found.plain, factor, covariance.clone());
+        let noise = ScatterSources::robust(campaign, design, system, &found.plain, factor, covariance.clone());
         let mut estimate = found.plain.clone();
         estimate.unknowns.solution = found.weighted.unknowns.solution;
         estimate.residuals = found.weighted.residuals;
@@ -95,15 +181,17 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
         (estimate, noise)
     } else if !campaign.scatter.is_empty() {
         let lines = scatter_lines(campaign, design, &system.u);
-        let own = own_system(campaign, design, &system);
-        let least = rounding(campaign, design, &system);
-        let solve = |system: &System, elimination: Option<&Elimination>| {
-            adjust_scattered(system, &lines, elimination, &least, &settings.adjust)
+        let own = own_system(campaign, design, system);
+        let least = rounding(campaign, design, system);
+        let solve = |system: &System, elimination: Option<&Elimination>, told: Option<&Scattered>| match told {
+            Some(told) => scattered_with((system, &lines), elimination, told, &settings.adjust),
+            None => adjust_scattered(system, &lines, elimination, &least, &settings.adjust),
         };
         let mut found = match with_inputs(&own) {
-            None => solve(&own, elimination.as_ref())?,
+            None => solve(&own, elimination.as_ref(), before.and_then(|own| own.scattered.as_ref()))?,
             Some((system, own_elimination)) => {
-                let found = solve(&system, own_elimination.as_ref())?;
+                let told = before.and_then(|own| own.extended.as_ref()?.scattered.as_ref());
+                let found = solve(&system, own_elimination.as_ref(), told)?;
                 let plain = scattered_with((&own, &lines), elimination.as_ref(), &found, &settings.adjust)?;
                 let residuals = system.residuals(&found.estimate.unknowns.solution);
                 let estimate = Estimate { residuals, ..found.estimate.clone() };
@@ -119,11 +207,11 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             .map(|(own, line)| if own.over.is_some() { line.levels() } else { own.per.levels(campaign).1 })
             .collect();
         let noise = ScatterSources::scattered(campaign, design, &own, &mut found, &levels);
-        let estimate = as_read(&system, &noise, &found);
+        let estimate = as_read(system, &noise, &found);
         scattered = Some(found);
         (estimate, noise)
     } else {
-        let least = if elimination.is_some() { Vec::new() } else { rounding(campaign, design, &system) };
+        let least = if elimination.is_some() { Vec::new() } else { rounding(campaign, design, system) };
         let solve = |system: &System, elimination: Option<&Elimination>, given: &[Option<f64>]| {
             let hints = ScaleHints { start: &[], least: &least, given };
             match elimination {
@@ -131,39 +219,27 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
                 None => adjust_hinted(system, &hints, &settings.adjust),
             }
         };
-        if let Some((system, elimination)) = with_inputs(&system) {
-            let estimate = solve(&system, elimination.as_ref(), &[])?;
+        // the scale of one group alone decides no weights
+        let several = system.group.iter().any(|group| system.group.first() != Some(group));
+        let before = before.filter(|_| several);
+        if let Some((system, elimination)) = with_inputs(system) {
+            let told = before.and_then(|own| Some(&own.extended.as_ref()?.estimate));
+            let estimate = solve(&system, elimination.as_ref(), told.map_or(&[], |own| &own.group_scale))?;
             extended = Some(Extended { system, estimate, scattered: None });
         }
         let told = extended.as_ref().map(|own| &own.estimate);
-        let mut estimate = solve(&system, elimination.as_ref(), told.map_or(&[], |own| &own.group_scale))?;
+        let given = told.or(before.map(|own| &own.estimate)).map_or(&[][..], |own| &own.group_scale);
+        let mut estimate = solve(system, elimination.as_ref(), given)?;
         if let Some(told) = told {
             estimate.group_redundancy = told.group_redundancy.iter().map(|own| own.max(NO_REDUNDANCY)).collect();
             estimate.group_converged = told.group_converged;
         }
         settled = settled && estimate.group_converged;
-        let variances = extended.as_ref().map_or((&system, &estimate), |own| (&own.system, &own.estimate));
-        let noise = ScatterSources::independent(campaign, design, (&system, &estimate), variances);
+        let variances = extended.as_ref().map_or((system, &estimate), |own| (&own.system, &own.estimate));
+        let noise = ScatterSources::independent(campaign, design, (system, &estimate), variances);
         (estimate, noise)
     };
-    let mut change = estimate.unknowns.solution.clone();
-    let constraints = match contradiction {
-        Some(named) => Constraints::Contradictory(named),
-        None if campaign.constraints.is_empty() => Constraints::None,
-        None => {
-            // whitened rows have unit variance, whatever was estimated on the way
-            let whitened = scattered.is_some();
-            let known = || System { group: vec![Group::Known; system.group.len()], ..system.clone() };
-            let weighed = if whitened { known() } else { system.clone() };
-            let (constraints, restricted) = inequalities(&weighed, &estimate, &rules, design);
-            change = restricted.unwrap_or(change);
-            constraints
-        }
-    };
-    if change != estimate.unknowns.solution {
-        estimate.residuals = system.residuals(&change);
-    }
-    Ok(Step { system, estimate, change, noise, constraints, robust: robust_record, scattered, settled, extended })
+    Ok(Adjusted { estimate, noise, robust: robust_record, scattered, settled, extended })
 }
 
 /// Adjust a system of this campaign at a design's point, meeting the campaign's equations; where they contradict each other, without them.
@@ -193,14 +269,16 @@ pub(crate) fn contradicting_equations(campaign: &Campaign) -> Option<Vec<usize>>
     }
 }
 
-/// Apply the inequalities: what became of the constraints, and the restricted step if they changed it.
+/// Apply the inequalities: what became of the constraints, and if they changed the step, the restricted one and the equations that hold on its face.
 fn inequalities(
     system: &System,
     estimate: &Estimate,
     rules: &Rules,
     design: &DesignMatrix,
-) -> (Constraints, Option<Vec<f64>>) {
+    equations: Option<Cost>,
+) -> (Constraints, Option<(Vec<f64>, Vec<Equation>)>) {
     let free: Vec<f64> = design.point.iter().zip(&estimate.unknowns.solution).map(|(x, dx)| x + dx).collect();
+    let along = estimate.factor.whitened_directions();
     match restrict(system, estimate, &rules.inequalities) {
         Restricted::NotApplied => (Constraints::NotApplied, None),
         Restricted::Infeasible(which) => {
@@ -211,13 +289,16 @@ fn inequalities(
             (Constraints::Contradictory(named), None)
         }
         Restricted::Found { active, .. } if active.is_empty() => {
-            (Constraints::Met { active: Vec::new(), cost: 0.0, on_face: None, free }, None)
+            (Constraints::Met { active: Vec::new(), cost: 0.0, on_face: None, free, along, equations }, None)
         }
         Restricted::Found { solution, active, cost, covariance } => {
             let common = match (system.group.first(), estimate.group_scale.as_slice()) {
                 (Some(Group::Estimated(_)), [Some(s)]) if !system.group.contains(&Group::Known) && *s > 0.0 => s * s,
                 _ => 1.0,
             };
+            let faces =
+                active.iter().filter_map(|a| Some(rules.inequalities.get(a.inequality)?.face(a.side, &solution)));
+            let faces = faces.collect();
             let active = active
                 .iter()
                 .map(|a| ActiveConstraint {
@@ -227,8 +308,9 @@ fn inequalities(
                     cost: a.cost / common,
                 })
                 .collect();
-            let met = Constraints::Met { active, cost: cost / common, on_face: Some(covariance), free };
-            (met, Some(solution))
+            let met =
+                Constraints::Met { active, cost: cost / common, on_face: Some(covariance), free, along, equations };
+            (met, Some((solution, faces)))
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::campaign::{Campaign, Constraint, Kind};
 use crate::document::number::{at_most, significant};
 use crate::estimate::Side;
 use crate::fit::streamed::{BinnedResiduals, SensorResiduals};
-use crate::fit::{Constraints, Fit, RobustMethod};
+use crate::fit::{Constraints, Cost, Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
 use crate::quality::{LackOfFit, NormalityTest, RunsTest};
 use crate::uncertainty::quantiles;
@@ -467,8 +467,25 @@ pub struct ConstraintsReport {
     /// Is it below one minus the level?
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rejected: Option<bool>,
+    /// What the equations cost; absent where there are none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub equations: Option<EquationsReport>,
     /// In words.
     pub verdict: Sentence,
+}
+
+/// What the equations among the constraints cost together.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct EquationsReport {
+    /// By how much they raise chi-square (the sum of squares over the estimated variance), a pure number.
+    pub cost: f64,
+    /// Degrees of freedom of the cost: unknowns that they give and the readings would determine.
+    pub count: usize,
+    /// Probability of a larger cost if they were true: chi-square, or F where the variance is estimated; null where nothing is to be tested.
+    pub p: Option<f64>,
+    /// Is it below one minus the level?
+    pub rejected: Option<bool>,
 }
 
 /// One constraint.
@@ -526,6 +543,15 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
         })
         .collect();
     let short = |x: f64| significant(x, 3);
+    let equations = match &fit.constraints {
+        Constraints::Met { equations: Some(Cost { chi_square, count, .. }), .. } => Some(EquationsReport {
+            cost: *chi_square,
+            count: *count,
+            p: fit.equations_p(),
+            rejected: fit.equations_are_rejected(),
+        }),
+        _ => None,
+    };
     let verdict = match status {
         ConstraintsStatus::Contradictory => {
             let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
@@ -542,15 +568,21 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
                     Some(sentence!("constraint-costs-in-chi-square", index = c.index, text = c.text, cost))
                 })
                 .collect();
-            if clauses.is_empty() {
-                sentence!("no-bound-is-active-the-estimate-is")
-            } else {
-                let contradicted = fit.bounds_p().filter(|_| fit.bounds_are_rejected() == Some(true));
-                clauses.extend(
-                    contradicted.map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", p = short(p))),
-                );
-                Sentence::clauses(clauses)
+            let none_active = clauses.is_empty() && list.iter().any(|c| c.state == ConstraintState::Inactive);
+            clauses.extend(equations.as_ref().map(|own| {
+                let n = list.iter().filter(|c| c.state == ConstraintState::Equality).count();
+                let (cost, p) = (short(own.cost), short(own.p.unwrap_or(1.0)));
+                sentence!("equations-cost-in-chi-square", n, cost, tested = own.p.is_some(), p)
+            }));
+            if none_active {
+                clauses.push(sentence!("no-bound-is-active-the-estimate-is", equations = equations.is_some()));
             }
+            let contradicted = fit.bounds_p().filter(|_| fit.bounds_are_rejected() == Some(true));
+            clauses
+                .extend(contradicted.map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", p = short(p))));
+            let untrue = fit.equations_p().filter(|_| fit.equations_are_rejected() == Some(true));
+            clauses.extend(untrue.map(|p| sentence!("rejected-the-readings-contradict-the-equations-p", p = short(p))));
+            Sentence::clauses(clauses)
         }
     };
     let matrix = |m: &faer::Mat<f64>| {
@@ -563,6 +595,7 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
         on_face: on_face.map(matrix),
         p: fit.bounds_p(),
         rejected: fit.bounds_are_rejected(),
+        equations,
         verdict,
     })
 }

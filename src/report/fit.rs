@@ -138,7 +138,7 @@ pub struct ParameterReport {
     /// The same in arcseconds, for tilts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub arcsec: Option<ArcsecReport>,
-    /// `free`, `at-bound` or `not-estimable`.
+    /// `free`, `at-bound`, `fixed` (equations leave it one value) or `not-estimable`.
     pub state: State,
 }
 
@@ -320,7 +320,8 @@ pub struct DerivedReport {
     #[serde(rename = "U")]
     pub expanded: Option<f64>,
     /// Coverage interval of an azimuth `atan2(y, x)`, in `unit`: the directions that y and x together allow; the whole circle where they may
-    /// both be zero. Absent for other lines, whose interval is `value - U` to `value + U`.
+    /// both be zero. Of other lines, with inequality constraints, that about the estimate without them, cut to what they allow. Absent where it is
+    /// `value - U` to `value + U`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
     /// What a person must know of it, in a sentence.
@@ -628,6 +629,8 @@ fn parameter(result: &fit::ParameterResult, level: f64) -> ParameterReport {
 
 fn derived(result: &fit::DerivedResult, definition: &Derived, level: f64) -> DerivedReport {
     let uncertainty = result.uncertainty;
+    let symmetric = result.value.zip(uncertainty).map(|(value, own)| (value - own.expanded, value + own.expanded));
+    let bounded = result.interval.filter(|own| Some(*own) != symmetric).map(<[f64; 2]>::from);
     DerivedReport {
         id: result.id.clone(),
         line: definition.written.as_ref().map_or_else(|| result.line.clone(), ToString::to_string),
@@ -637,8 +640,17 @@ fn derived(result: &fit::DerivedResult, definition: &Derived, level: f64) -> Der
         dof: uncertainty.and_then(|c| finite(c.dof)),
         k: uncertainty.map(|c| c.coverage_factor),
         expanded: uncertainty.map(|c| c.expanded),
-        interval: sector_ends(result),
-        note: azimuth_note(result, level),
+        interval: sector_ends(result).or(bounded),
+        note: azimuth_note(result, level).or_else(|| {
+            let (numbers, unit) = ((result.value?, uncertainty?.expanded), definition.unit.as_str());
+            interval_note(
+                numbers,
+                bounded?,
+                if result.is_angle { (ARCSEC, "arcsec") } else { (1.0, unit) },
+                level,
+                true,
+            )
+        }),
         budget: budget(&result.budget),
         arcsec: result.is_angle.then(|| arcsec(result.value, uncertainty)),
     }
@@ -677,7 +689,7 @@ fn sector_ends(result: &fit::DerivedResult) -> Option<[f64; 2]> {
     }
 }
 
-/// An interval of an azimuth whose ends are off `value - U` or `value + U` by more than this share of U is told.
+/// An interval whose ends are off `value - U` or `value + U` by more than this share of U is told.
 const OFF: f64 = 0.05;
 
 /// What the value and U of an azimuth do not say.
@@ -685,15 +697,26 @@ fn azimuth_note(result: &fit::DerivedResult, level: f64) -> Option<Sentence> {
     if result.sector? == Sector::Circle {
         return Some(sentence!("azimuth-is-any"));
     }
-    let (value, expanded, [low, high]) = (result.value?, result.uncertainty?.expanded, sector_ends(result)?);
+    let scaled = if result.is_angle { (ARCSEC, "arcsec") } else { (1.0, "") };
+    interval_note((result.value?, result.uncertainty?.expanded), sector_ends(result)?, scaled, level, false)
+}
+
+/// That an interval is not the value and U, where it is not; one that bounds cut, or that of an azimuth.
+pub(super) fn interval_note(
+    (value, expanded): (f64, f64),
+    [low, high]: [f64; 2],
+    (scale, unit): (f64, &str),
+    level: f64,
+    bounded: bool,
+) -> Option<Sentence> {
     let off = |end: f64| (end.abs() - expanded).abs() > OFF * expanded;
     if !off(high - value) && !off(value - low) {
         return None;
     }
-    let (scale, unit) = if result.is_angle { (ARCSEC, "arcsec") } else { (1.0, "") };
     let end = |end: f64| crate::document::number::significant(end * scale, 5);
     Some(sentence!(
         "azimuth-interval",
+        bounded,
         level = crate::document::number::percent(level),
         low = end(low),
         high = end(high),

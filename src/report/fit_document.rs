@@ -2,7 +2,7 @@
 
 use super::checks::{ConstraintsStatus, RecordReport};
 use super::correction::{correction_lines, given_sentence, validity_sentence};
-use super::fit::Shown;
+use super::fit::{Shown, interval_note};
 use super::fit_figures::{FAR, budget_figures, estimate_figures, residual_figures, spread_figures};
 use super::monte_carlo::MonteCarloReport;
 use super::provenance::begin;
@@ -204,6 +204,8 @@ pub(super) fn estimated(report: &FitReport, lang: Language) -> String {
 fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
     let sums = &report.fit;
     let mut said = vec![estimated(report, lang)];
+    // lines of scatter hold what the readings scatter
+    let beyond = of.is_some_and(|fit| !fit.campaign.scatter.is_empty());
     for (sensor, sd) in &sums.sensor_sd {
         // sensors of a report are those of its bench
         let unit = of.and_then(|fit| fit.campaign.bench.sensors.iter().find(|s| s.id == *sensor));
@@ -213,9 +215,11 @@ fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
         let how = match (sd, sums.resolution.get(sensor)) {
             _ if at_zero => Some(say!(lang, "estimated-as-zero", below = false)),
             (None, _) => Some(say!(lang, "no-degrees-of-freedom-are-left-to").into()),
-            (_, Some(step)) => Some(say!(lang, "that-of-rounding-to-its-last-digit", step = significant(*step, 1))),
+            (_, Some(step)) => {
+                Some(say!(lang, "that-of-rounding-to-its-last-digit", step = significant(*step, 1), beyond))
+            }
             _ if sums.at_rounding.contains(sensor) => {
-                Some(say!(lang, "the-rounding-of-its-readings-which-show").into())
+                Some(say!(lang, "the-rounding-of-its-readings-which-show", beyond).into())
             }
             _ => None,
         };
@@ -280,6 +284,11 @@ fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
             None => say!(lang, "is-at-a-bound-and-the-whole", id, level),
         });
     }
+    notes.extend(report.parameters.iter().filter(|p| p.state == State::Free).filter_map(|p| {
+        let (Shown { scale, unit, .. }, source) = (p.shown(), &p.id);
+        let note = &interval_note((p.value?, p.expanded?), p.interval?, (scale, unit), p.level, true)?;
+        Some(say!(lang, "source-note-sentence", source, note))
+    }));
     let noted = derived.iter().filter_map(|d| Some((&d.id, d.note.as_ref()?)));
     notes.extend(noted.map(|(source, note)| say!(lang, "source-note-sentence", source, note)));
     let without = report.derived_without_a_value();

@@ -30,6 +30,9 @@ pub fn monte_carlo_report(drawn: Drawn, fit: &Fit) -> MonteCarloReport {
             sd = significant(off / output.u, 2)
         ));
     }
+    if drawn.held {
+        verdict.push(sentence!("bounds-held-trials-back"));
+    }
     let errors: Vec<String> = fit.scale_factor_errors().into_iter().map(|error| error.id).collect();
     if !errors.is_empty() {
         verdict.push(sentence!("scale-factor-errors-are-not-drawn", errors = errors.join(", ")));

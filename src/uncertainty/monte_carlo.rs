@@ -11,6 +11,7 @@ use super::kept::{Sorted, Sums, Tail, reach, slack, tail};
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Distribution, Known};
 use crate::elements::{Elements, Parts};
+use crate::estimate::Bounds;
 use crate::linear::{Triangle, dot};
 use crate::number;
 use faer::Mat;
@@ -19,6 +20,7 @@ use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A source of scatter in the estimated parameters.
 #[derive(Debug, Clone)]
@@ -62,6 +64,8 @@ pub struct Model {
     pub correlation: Vec<Vec<f64>>,
     /// What is computed from them.
     pub outputs: Vec<Output>,
+    /// What holds the estimated parameters of each trial.
+    pub bounds: Option<Bounds>,
 }
 
 /// Distribution of one output.
@@ -89,6 +93,8 @@ pub struct MonteCarlo {
     pub asked: usize,
     /// Seed.
     pub seed: u64,
+    /// Did bounds hold any trial back?
+    pub held: bool,
     /// One for each output.
     pub outputs: Vec<Propagated>,
     /// Covariance of the outputs, row by row.
@@ -119,7 +125,7 @@ pub fn monte_carlo(
     let parameters = parameters.min(count);
     let several = if count >= parameters + 2 { parameters..count } else { 0..parameters };
     let twice = several.len() >= 2;
-    let blocks = Blocks { model, trials, seed, count };
+    let blocks = Blocks { model, trials, seed, count, held: AtomicBool::new(false) };
     let keep = tail(trials, level);
     let mut tails: Vec<(Tail, Tail)> = vec![(Tail::new(keep), Tail::new(keep)); count];
     let mut sums = Sums::new(blocks.centre());
@@ -160,7 +166,8 @@ pub fn monte_carlo(
             Propagated { mean, sd: variance.sqrt(), symmetric, shortest, ends }
         })
         .collect();
-    Some(MonteCarlo { trials: kept, asked: trials, seed, outputs, covariance, ellipsoid_factor })
+    let held = blocks.held.into_inner();
+    Some(MonteCarlo { trials: kept, asked: trials, seed, held, outputs, covariance, ellipsoid_factor })
 }
 
 /// The most numbers that [`monte_carlo`] holds at once: both tails of each output, and the blocks being drawn.
@@ -182,6 +189,7 @@ struct Blocks<'a> {
     trials: usize,
     seed: u64,
     count: usize,
+    held: AtomicBool,
 }
 
 impl Blocks<'_> {
@@ -193,7 +201,7 @@ impl Blocks<'_> {
                 .into_par_iter()
                 .map(|block| {
                     let size = BLOCK.min(self.trials - block * BLOCK);
-                    let mut values = draw(self.model, size, self.seed, block as u64);
+                    let mut values = draw(self.model, size, self.seed, block as u64, &self.held);
                     drop_infinite(&mut values, self.count);
                     values
                 })
@@ -204,7 +212,7 @@ impl Blocks<'_> {
 
     /// The outputs of the first finite trial, near enough to the mean.
     fn centre(&self) -> Vec<f64> {
-        let mut values = draw(self.model, BLOCK.min(self.trials).min(100), self.seed, 0);
+        let mut values = draw(self.model, BLOCK.min(self.trials).min(100), self.seed, 0, &self.held);
         drop_infinite(&mut values, self.count);
         values.chunks_exact(self.count.max(1)).next().map_or(vec![0.0; self.count], <[f64]>::to_vec)
     }
@@ -219,7 +227,7 @@ fn drop_infinite(values: &mut Vec<f64>, count: usize) {
 }
 
 /// One block: trials x outputs, row by row.
-fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
+fn draw(model: &Model, size: usize, seed: u64, block: u64, held: &AtomicBool) -> Vec<f64> {
     // any odd multiplier keeps the blocks apart; this one is the golden ratio's
     let mut random = Pcg64Mcg::seed_from_u64(seed.wrapping_add(block.wrapping_mul(0x9e37_79b9_7f4a_7c15)));
     let of = |dof: f64| if dof.is_finite() { ChiSquared::new(dof).ok() } else { None };
@@ -262,6 +270,9 @@ fn draw(model: &Model, size: usize, seed: u64, block: u64) -> Vec<f64> {
             for (x, c) in point.iter_mut().zip(&input.sensitivity) {
                 *x += c * shift;
             }
+        }
+        if model.bounds.as_ref().is_some_and(|bounds| bounds.hold(&mut point)) {
+            held.store(true, Ordering::Relaxed);
         }
         for output in &model.outputs {
             values.push(match output {

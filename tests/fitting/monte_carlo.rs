@@ -21,7 +21,8 @@ fn sum_of_four() {
             })
             .collect();
         let outputs = vec![Output::Line(Tape::compile(&line, &names).unwrap())];
-        let model = Model { point: vec![0.0; 4], scatter: Vec::new(), known, correlation: Vec::new(), outputs };
+        let model =
+            Model { point: vec![0.0; 4], scatter: Vec::new(), known, correlation: Vec::new(), outputs, bounds: None };
         let found = monte_carlo(&model, 1_000_000, 1, 0, 0.95, &|_| ()).unwrap();
         let own = found.outputs[0];
         assert!((own.sd - 2.0).abs() < 0.01);
@@ -35,7 +36,8 @@ fn sum_of_four() {
 fn coverage_ellipse() {
     let scatter = vec![Scatter { factor: Mat::identity(2, 2), dof: f64::INFINITY }];
     let outputs = vec![Output::Parameter(0), Output::Parameter(1)];
-    let model = Model { point: vec![1.0, 2.0], scatter, known: Vec::new(), correlation: Vec::new(), outputs };
+    let model =
+        Model { point: vec![1.0, 2.0], scatter, known: Vec::new(), correlation: Vec::new(), outputs, bounds: None };
     let found = monte_carlo(&model, 400_000, 2, 2, 0.95, &|_| ()).unwrap();
     assert!((found.ellipsoid_factor.unwrap() - 2.4477).abs() < 0.01);
     assert_eq!(found, monte_carlo(&model, 400_000, 2, 2, 0.95, &|_| ()).unwrap());
@@ -110,6 +112,7 @@ fn tails_say_what_all_trials_say() {
         known: Vec::new(),
         correlation: Vec::new(),
         outputs: vec![Output::Parameter(0), Output::Line(line("a^2 + b")), Output::Line(line("sqrt(b + 4)"))],
+        bounds: None,
     };
     let all = trials(&model, 200_000, 7, |a, b| [a, a.powi(2) + b, (b + 4.0).sqrt()]);
     let m = all.len();

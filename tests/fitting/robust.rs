@@ -154,3 +154,35 @@ fn robust_covariance_is_that_of_simulated_estimates() {
         assert!((0.85..1.3).contains(&ratio), "{ratio}");
     }
 }
+
+/// Huber 1981, eq. 6.5: `K = 1 + n/m var(psi')/mean(psi')^2`; of the bisquare psi' has values between 0 and 1. The estimate is checked by its own
+/// equations, sum psi = sum x psi = 0, and u follows from it by hand.
+#[test]
+fn tukeys_covariance_is_hubers_formula() {
+    let y = [0.0, 0.5, -0.3, 0.8, -1.0, 1.2, 2.5, -2.0];
+    let rows: Vec<String> = y.iter().enumerate().map(|(x, y)| format!(r#"{{"x": {x}, "y": {y}, "y_u": 1}}"#)).collect();
+    let campaign = parse(&format!(
+        r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "model": "a + b*x" }} }} }}, "estimate": {{ "a": {{}}, "b": {{}} }},
+           "readings": [ {} ] }}"#,
+        rows.join(", ")
+    ));
+    let fit = fit_with(&campaign, Settings { robust: Some(RobustMethod::Tukey), ..Settings::default() });
+    let residual = |k: usize| y[k] - fit.point[0] - fit.point[1] * k as f64;
+    let t: Vec<f64> = (0..8).map(|k| (residual(k) / 4.685).powi(2)).collect();
+    let psi: Vec<f64> = (0..8).map(|k| residual(k) * (1.0 - t[k]).powi(2)).collect();
+    assert!(t.iter().all(|t| *t < 1.0));
+    assert!(psi.iter().sum::<f64>().abs() < 1e-9);
+    assert!(psi.iter().enumerate().map(|(k, psi)| k as f64 * psi).sum::<f64>().abs() < 1e-8);
+    let slopes: Vec<f64> = t.iter().map(|t| (1.0 - t) * (1.0 - 5.0 * t)).collect();
+    let mean = slopes.iter().sum::<f64>() / 8.0;
+    let variance = slopes.iter().map(|slope| (slope - mean).powi(2)).sum::<f64>() / 8.0;
+    let k = 1.0 + 2.0 / 8.0 * variance / (mean * mean);
+    // of (A'A)^-1 with x = 0 to 7: sum x^2/(m sum (x - 3.5)^2) = 140/(8*42), and 1/42
+    let common = k * (psi.iter().map(|psi| psi * psi).sum::<f64>() / 6.0).sqrt() / mean;
+    for (own, cofactor) in fit.parameters.iter().zip([140.0 / 336.0, 1.0 / 42.0_f64]) {
+        let u = own.uncertainty.unwrap().u;
+        assert!((u / (common * cofactor.sqrt()) - 1.0).abs() < 1e-9, "{u}");
+    }
+    // as an independent computation with numpy printed it
+    assert!((fit.parameters[0].uncertainty.unwrap().u - 1.19831).abs() < 5e-6);
+}

@@ -2,8 +2,10 @@
 
 use crate::support::{ARCSEC, assert_within, fit_with, fitted, parse, uncertainty, value};
 use tumble::campaign::Campaign;
+use tumble::document::{Detail, terminal};
 use tumble::estimate::LineState;
-use tumble::fit::{self, Remount, Settings};
+use tumble::fit::{self, Remount, Settings, Stop};
+use tumble::language::Language;
 use tumble::{report, simulate, wire};
 
 /// An accelerometer on a head, read twice at each of eight positions on two days.
@@ -277,4 +279,36 @@ fn intervals_over_the_whole_likelihood_are_those_of_a_dense_quadrature() {
             assert_within(own.uncertainty.unwrap().expanded / half, 1.0, 1e-3, &name);
         }
     }
+}
+
+/// The residual standard deviation that is told is then that of rounding, 0.1/sqrt 12, beyond a line that holds what the readings scatter: of these nine
+/// 0.35, of the line as stated 1.
+#[test]
+fn rounding_is_told_of_what_is_beyond_the_lines() {
+    let values = [0.0, 0.2, -0.3, 0.5, -0.1, 0.4, -0.6, 0.3, 0.1];
+    let rows: Vec<String> = values.iter().map(|y| format!(r#"{{"y": {y}}}"#)).collect();
+    let said = |line: &str| {
+        let fit = fitted(&parse(&format!(
+            r#"{{"bench": {{"id": "z", "sensors": {{"y": {{"model": "a"}}}}}}, "estimate": {{"a": {{}}}},
+                "scatter": [{line}], "readings": [{}]}}"#,
+            rows.join(",")
+        )));
+        let asked = report::Asked { fit: Some(&fit), ..Default::default() };
+        let document = report::fit_document(&report::fit_report(&fit), &asked, Language::English);
+        terminal::render(&document, Detail::Full).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let with = said(r#"{"of": "y", "per": "reading", "u": 1}"#);
+    let beyond = "beyond the lines of scatter, the variance of the readings is estimated as zero";
+    assert!(with.contains("from rounding to 0.1") && with.contains(beyond), "{with}");
+    assert!(!with.contains("do not scatter more"), "{with}");
+    assert!(!said("").contains("rounding to 0.1"));
+}
+
+/// Steps settle at K22 = -110, though at the reference point, where K22 is the value that the readings were drawn with, they are far more likely.
+#[test]
+fn a_solution_less_likely_than_the_reference_is_no_convergence() {
+    let fit = fitted(&crate::support::campaign("scatter/settles_far_away.campaign.json"));
+    let record = fit.convergence.as_ref().unwrap();
+    assert!(!record.converged && record.stop == Stop::LessLikely, "{:?}", record.stop);
+    assert!(fit.is_rejected());
 }

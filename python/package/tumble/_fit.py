@@ -47,7 +47,7 @@ class Parameter:
     k: Optional[float]
     """Coverage factor."""
     state: State
-    """`free`, `at-bound` or `not-estimable`; `derived` for a derived quantity."""
+    """`free`, `at-bound`, `fixed` or `not-estimable`; `derived` for a derived quantity."""
 
     def __str__(self) -> str:
         if self.value is None:

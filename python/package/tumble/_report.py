@@ -135,7 +135,7 @@ def excerpt(page: str, sections: int = 2) -> str:
     return f'<div class="tumble-report"><style>@scope (.tumble-report) {{{rules}\n{own}}}</style>\n{body}</div>'
 
 
-State = Literal["free", "at-bound", "not-estimable", "derived"]
+State = Literal["free", "at-bound", "fixed", "not-estimable", "derived"]
 Lang = Literal["en", "zh"]
 """The language of tables and pages; reports are the same in both."""
 

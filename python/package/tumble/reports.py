@@ -65,6 +65,7 @@ __all__ = [
     "EffectReport",
     "Effort",
     "Ending",
+    "EquationsReport",
     "ErrorReport",
     "Estimated",
     "Estimator",
@@ -1287,7 +1288,7 @@ class ChecksReport(Node):
     runs: dict[str, RunsReport]
     """Order of the residuals' signs, for each sensor."""
     snooping: SnoopingReport | None
-    """Suspicious readings; null in a robust or constrained fit, and without redundancy."""
+    """Suspicious readings; null in a robust fit, and without redundancy."""
     verdict: list[str]
     """In words, one sentence for each thing found."""
 
@@ -1402,6 +1403,8 @@ class ConstraintsReport(Node):
 
     cost: float | None
     """By how much the inequalities raise chi-square (the sum of squares over the estimated variance), a pure number."""
+    equations: EquationsReport | None
+    """What the equations cost; absent where there are none."""
     list_: list[ConstraintReport]
     """Each of them."""
     on_face: list[list[float]] | None
@@ -1416,7 +1419,7 @@ class ConstraintsReport(Node):
     verdict: str
     """In words."""
 
-    _keys = frozenset(["cost", "list", "on_face", "p", "rejected", "status", "verdict"])
+    _keys = frozenset(["cost", "equations", "list", "on_face", "p", "rejected", "status", "verdict"])
 
 ConstraintsStatus: TypeAlias = Literal["met", "contradictory", "not-applied"]
 """What became of a campaign's constraints."""
@@ -1527,7 +1530,8 @@ class DerivedReport(Node):
     """Name."""
     interval: list[float] | None
     """Coverage interval of an azimuth `atan2(y, x)`, in `unit`: the directions that y and x together allow; the whole circle where they may
-    both be zero. Absent for other lines, whose interval is `value - U` to `value + U`."""
+    both be zero. Of other lines, with inequality constraints, that about the estimate without them, cut to what they allow. Absent where it
+    is `value - U` to `value + U`."""
     k: float | None
     """Coverage factor."""
     line: str
@@ -1553,10 +1557,11 @@ class DrawnReport(Node):
     """One output of the Monte Carlo."""
 
     first_order: list[float] | None
-    """First-order interval, in the quantity's unit."""
+    """First-order interval, in the quantity's unit; with bounds that of the estimate without them, cut to what they allow."""
     first_order_agrees: bool | None
     """Is the first order as good as two digits of the uncertainty (JCGM 101, clause 8): do both ends of the symmetric interval agree within
-    half a unit of the second digit of `u` and the sampling error of the trials?"""
+    half a unit of the second digit of `u` and the sampling error of the trials? Null where bounds held trials back: the first order is not
+    about the constrained estimate."""
     id: str
     """Name of the parameter or derived quantity."""
     interval: list[float]
@@ -1569,6 +1574,21 @@ class DrawnReport(Node):
     """Standard deviation of the trials, in the quantity's unit."""
 
     _keys = frozenset(["first_order", "first_order_agrees", "id", "interval", "mean", "shortest", "u"])
+
+
+class EquationsReport(Node):
+    """What the equations among the constraints cost together."""
+
+    cost: float
+    """By how much they raise chi-square (the sum of squares over the estimated variance), a pure number."""
+    count: int
+    """Degrees of freedom of the cost: unknowns that they give and the readings would determine."""
+    p: float | None
+    """Probability of a larger cost if they were true: chi-square, or F where the variance is estimated; null where nothing is to be tested."""
+    rejected: bool | None
+    """Is it below one minus the level?"""
+
+    _keys = frozenset(["cost", "count", "p", "rejected"])
 
 Evaluation: TypeAlias = Literal["A", "B"]
 """How a contribution was evaluated (GUM 2.3.2, 2.3.3)."""
@@ -1826,6 +1846,8 @@ class MonteCarloReport(Node):
 
     asked: int
     """Trials asked for."""
+    held: bool | None
+    """Did bounds hold any trial back? What was drawn is the constrained estimate."""
     joint: JointReport | None
     """Several outputs together (GUM Supplement 2): the derived quantities, or the parameters where fewer than two are derived."""
     outputs: list[DrawnReport]
@@ -1837,7 +1859,7 @@ class MonteCarloReport(Node):
     verdict: list[str]
     """In words."""
 
-    _keys = frozenset(["asked", "joint", "outputs", "seed", "trials", "verdict"])
+    _keys = frozenset(["asked", "held", "joint", "outputs", "seed", "trials", "verdict"])
 
 
 class MountingFile(Node):
@@ -1918,7 +1940,7 @@ class ParameterReport(Node):
     level: float
     """Coverage probability of the expanded uncertainty."""
     state: FitState
-    """`free`, `at-bound` or `not-estimable`."""
+    """`free`, `at-bound`, `fixed` (equations leave it one value) or `not-estimable`."""
     type_a: float | None
     """Part of `u` evaluated from the scatter of the readings (or their stated uncertainties), in `unit`."""
     type_b: float | None
@@ -2085,10 +2107,10 @@ class SnoopingReport(Node):
 
     _keys = frozenset(["single_level", "suspects", "tested", "without_suspects"])
 
-FitState: TypeAlias = Literal["free", "at-bound", "not-estimable"]
+FitState: TypeAlias = Literal["free", "at-bound", "fixed", "not-estimable"]
 """What the fit can say about a parameter."""
 
-Stop: TypeAlias = Literal["the last step no longer matters", "the scales inside the last step did not settle", "the steps did not end", "steps stay long while the fit no longer becomes better: the readings hardly determine some direction", "no part of the last step makes the fit better", "numbers leave the range of a double"]
+Stop: TypeAlias = Literal["the last step no longer matters", "the scales inside the last step did not settle", "the steps did not end", "steps stay long while the fit no longer becomes better: the readings hardly determine some direction", "no part of the last step makes the fit better", "the readings are far less likely at the solution than at the reference point", "numbers leave the range of a double"]
 """Why Gauss-Newton ended."""
 
 
@@ -3842,7 +3864,7 @@ BinsReport._parts = {"bins": (BinReport, False)}
 ChecksReport._parts = {"external": (ExternalReport, True), "follows": (FollowsReport, False), "lack_of_fit": (LackOfFitReport, False), "lack_of_fit_by_position": (LackOfFitReport, False), "normality": (NormalityReport, False), "runs": (RunsReport, True), "snooping": (SnoopingReport, False)}
 CombinationValueReport._parts = {"arcsec": (ArcsecReport, False), "budget": (BudgetReport, False)}
 ConformityReport._parts = {"quantities": (LimitedReport, False)}
-ConstraintsReport._parts = {"list": (ConstraintReport, False)}
+ConstraintsReport._parts = {"equations": (EquationsReport, False), "list": (ConstraintReport, False)}
 ConvergenceReport._parts = {"iterations": (IterationReport, False)}
 CorrectionFile._parts = {"inputs": (InputFile, False), "mounting": (MountingFile, False), "parameters": (CorrectionParametersFile, False), "sensors": (CorrectedSensorFile, False), "validity": (ValidityFile, False)}
 DerivedReport._parts = {"arcsec": (ArcsecReport, False), "budget": (BudgetReport, False)}
