@@ -13,6 +13,7 @@
     reason = "a dense kernel: lengths are those of the columns that `Score::new` is given, which are no more than a u16 counts"
 )]
 
+use super::factor::{Apart, Factor, Reach};
 use crate::linear::dot as product;
 use crate::uncertainty::quantiles::ln_gamma;
 use faer::linalg::solvers::Solve;
@@ -149,7 +150,7 @@ pub(crate) struct Kernel {
     pub per_mounting: bool,
     /// Of so many kernels of one kind, which share its probability, it is one.
     pub one_of: usize,
-    pub factor: Mat<f64>,
+    pub factor: Factor,
     /// The one of several sensors (or channels) that deviates alone.
     pub sensor: Option<usize>,
 }
@@ -186,7 +187,9 @@ struct Prepared {
     share: f64,
     lambda: Vec<f64>,
     along_z: Vec<f64>,
-    along_c: Mat<f64>,
+    along_c: Rc<Mat<f64>>,
+    /// The same of the model's basis, where its directions are not projected.
+    along_q: Option<Mat<f64>>,
 }
 
 /// Sufficient statistics in the space that the model leaves.
@@ -202,7 +205,7 @@ pub(crate) struct Score {
     /// The kinds of these that several sensors may have.
     kinds: Vec<Vec<(u16, u16)>>,
     /// projected columns, unit norm
-    c: Mat<f64>,
+    c: Rc<Mat<f64>>,
     pub visible: Vec<f64>,
     /// Candidates with the same column, by the one that represents them.
     pub alike: Vec<Vec<u16>>,
@@ -214,6 +217,8 @@ pub(crate) struct Score {
     gram: Vec<Option<Rc<[f64]>>>,
     /// Remainders of one kernel that were made, each with its columns: many sets have the same best size.
     made: Vec<Rc<GivenRemainder>>,
+    /// What the model takes of kernels whose directions are not projected, by kernel and size.
+    reached: RefCell<BTreeMap<(usize, u64), Option<Rc<Reach>>>>,
     /// The others of the last cosine, and the inverse of their Gram matrix.
     given: RefCell<(Vec<u16>, Option<Vec<f64>>)>,
     pub visited: BTreeMap<(u16, Vec<u16>), f64>,
@@ -286,6 +291,8 @@ struct GivenRemainder {
     d: Vec<f64>,
     q: f64,
     logdet: f64,
+    /// Of each column, what the model takes.
+    taken: Vec<Vec<f64>>,
     /// `c_j' V^-1 c_m` for all j, of each m that was in a set.
     columns: RefCell<BTreeMap<usize, Rc<[f64]>>>,
 }
@@ -329,6 +336,7 @@ impl Score {
             fixed[j] = p.fixed.get(j).copied().flatten().map(|size| size * projected_norm);
             c.col_mut(j).iter_mut().for_each(|v| *v *= scale);
         }
+        let c = Rc::new(c);
         let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
         project(p.basis, &mut z);
         let dot = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 {
@@ -336,30 +344,57 @@ impl Score {
         };
         let zz = dot(z.col(0), z.col(0));
         let b: Vec<f64> = (0..k).map(|j| dot(c.col(j), z.col(0))).collect();
-        let mut kernels =
-            vec![Prepared { place: None, share: 0.0, lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
+        let none = Rc::new(Mat::zeros(0, k));
+        let (lambda, along_z) = (vec![], vec![]);
+        let mut kernels = vec![Prepared { place: None, share: 0.0, lambda, along_z, along_c: none, along_q: None }];
+        // what it does to a few vectors tells kernels that are alike
+        let mut trial = Mat::from_fn(n, 8, |i, v| (12.9898 * (i + 1) as f64 * (v as f64 + 1.7)).sin());
+        project(p.basis, &mut trial);
         let mut factors = vec![];
         for (place, kernel) in p.kernels.iter().enumerate() {
-            let mut f = kernel.factor.clone();
-            project(p.basis, &mut f);
-            let gram = f.transpose() * &f;
-            let Some((s, turn)) = principal(&gram) else { continue };
-            let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
             // directions in which it deviates by less than a fifth of its largest are neglected: a choice
-            let wide = s.iter().filter(|l| **l > 0.05 * top).count();
-            if wide < settings.least_rank {
-                continue;
-            }
-            let keep: Vec<usize> = (0..s.len()).filter(|i| s[*i] > 1e-7 * top && s[*i] > 1e-12).collect();
-            let u = match turn {
-                Some(turn) => &f * Mat::from_fn(s.len(), keep.len(), |i, j| turn[(i, keep[j])] / s[keep[j]].sqrt()),
-                None => Mat::from_fn(n, keep.len(), |i, j| f[(i, keep[j])] / s[keep[j]].sqrt()),
+            let is_wide = |s: &[f64]| {
+                let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
+                s.iter().filter(|l| **l > 0.05 * top).count() >= settings.least_rank
             };
-            let along_z = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
-            let along_c = u.transpose() * &c;
-            // what it does to a few vectors tells kernels that are alike
-            let trial = Mat::from_fn(n, 8, |i, v| (12.9898 * (i + 1) as f64 * (v as f64 + 1.7)).sin());
-            let does = &f * (f.transpose() * trial);
+            let (prepared, does) = match &kernel.factor {
+                Factor::Dense(factor) => {
+                    let mut f = factor.clone();
+                    project(p.basis, &mut f);
+                    let Some((s, turn)) = principal(&(f.transpose() * &f)).filter(|(s, _)| is_wide(s)) else {
+                        continue;
+                    };
+                    let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
+                    let keep: Vec<usize> = (0..s.len()).filter(|i| s[*i] > 1e-7 * top && s[*i] > 1e-12).collect();
+                    let turned =
+                        |i: usize, j: usize| turn.as_ref().map_or(0.0, |turn| turn[(i, keep[j])]) / s[keep[j]].sqrt();
+                    let u = match turn {
+                        Some(_) => &f * Mat::from_fn(s.len(), keep.len(), turned),
+                        None => Mat::from_fn(n, keep.len(), |i, j| f[(i, keep[j])] / s[keep[j]].sqrt()),
+                    };
+                    let along_z = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
+                    let along_c = Rc::new(u.transpose() * &*c);
+                    let lambda = keep.iter().map(|i| s[*i]).collect();
+                    let does = &f * (f.transpose() * &trial);
+                    (
+                        Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q: None },
+                        does,
+                    )
+                }
+                Factor::Apart(columns) => {
+                    let apart = Apart::new(columns, n);
+                    let lambda = apart.eigenvalues();
+                    if !is_wide(&lambda) {
+                        continue;
+                    }
+                    let along_c = if apart.is_single() { Rc::clone(&c) } else { Rc::new(apart.along((*c).as_ref())) };
+                    let along_z = apart.along(z.as_ref()).col_as_slice(0).to_vec();
+                    let along_q = Some(apart.along(p.basis));
+                    let mut does = apart.twice(trial.as_ref());
+                    project(p.basis, &mut does);
+                    (Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q }, does)
+                }
+            };
             let size = does.norm_l2();
             let same = |other: &Mat<f64>| {
                 let inner: f64 = (0..8).map(|v| dot(does.col(v), other.col(v))).sum();
@@ -370,8 +405,7 @@ impl Score {
                 continue;
             }
             factors.push(does);
-            let lambda = keep.iter().map(|i| s[*i]).collect();
-            kernels.push(Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c });
+            kernels.push(prepared);
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
@@ -428,7 +462,7 @@ impl Score {
             beliefs,
             kinds,
             alike,
-            c,
+            c: Rc::clone(&c),
             visible,
             norm,
             b,
@@ -436,6 +470,7 @@ impl Score {
             kernels,
             gram: vec![None; k],
             made: vec![],
+            reached: RefCell::default(),
             given: RefCell::new((vec![], Some(vec![]))),
             visited: BTreeMap::new(),
             integrated: BTreeMap::new(),
@@ -475,7 +510,11 @@ impl Score {
         }
         let kernel = &self.kernels[remainder.kernel];
         let w: Vec<f64> = remainder.shrink.iter().zip(kernel.along_c.col_as_slice(m)).map(|(d, a)| d * a).collect();
-        let at = |(j, g): (usize, &f64)| g - product(kernel.along_c.col_as_slice(j), &w);
+        let taken = |j: usize| match (remainder.taken.get(j), remainder.taken.get(m)) {
+            (Some(a), Some(b)) => product(a, b),
+            _ => 0.0,
+        };
+        let at = |(j, g): (usize, &f64)| g - product(kernel.along_c.col_as_slice(j), &w) - taken(j);
         let column: Rc<[f64]> = gram.iter().enumerate().map(at).collect();
         let _first = remainder.columns.borrow_mut().insert(m, Rc::clone(&column));
         column
@@ -503,9 +542,29 @@ impl Score {
             b[j] -= product(along, &w);
             d[j] -= product(along, &shrunk);
         }
-        let q = self.zz - product(&w, &bank_kernel.along_z);
-        let logdet = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
-        GivenRemainder { kernel, t, shrink, b, d, q, logdet, columns: RefCell::default() }
+        let mut q = self.zz - product(&w, &bank_kernel.along_z);
+        let mut logdet = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        let mut taken = vec![];
+        if let Some(reach) = self.reach(kernel, t, &shrink) {
+            let of_z = reach.of(&bank_kernel.along_z);
+            taken.extend((0..b.len()).map(|j| match self.norm[j] > 0.0 {
+                true => reach.of(bank_kernel.along_c.col_as_slice(j)),
+                false => vec![0.0; of_z.len()],
+            }));
+            b.iter_mut().zip(&taken).for_each(|(b, taken)| *b -= product(taken, &of_z));
+            d.iter_mut().zip(&taken).for_each(|(d, taken)| *d -= product(taken, taken));
+            q -= product(&of_z, &of_z);
+            logdet += reach.log_determinant();
+        }
+        GivenRemainder { kernel, t, shrink, b, d, q, logdet, taken, columns: RefCell::default() }
+    }
+
+    /// What the model takes of a kernel's directions at a size, where they are not projected.
+    fn reach(&self, kernel: usize, t: f64, shrink: &[f64]) -> Option<Rc<Reach>> {
+        let along_q = self.kernels[kernel].along_q.as_ref()?;
+        let mut reached = self.reached.borrow_mut();
+        let at = reached.entry((kernel, t.to_bits())).or_insert_with(|| Reach::new(along_q, shrink).map(Rc::new));
+        at.clone()
     }
 
     /// The odds of a column times the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
@@ -727,17 +786,24 @@ impl Score {
         let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
         let k = set.len();
         let shrunk = |a: &[f64]| -> Vec<f64> { shrink.iter().zip(a).map(|(s, a)| s * a).collect() };
-        let logdet_v: f64 = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        let mut logdet_v: f64 = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
         let z = &bank_kernel.along_z;
         let mut q = self.zz - product(&shrunk(z), z);
+        let reach = self.reach(kernel, t, &shrink);
+        let taken = |along: &[f64]| reach.as_ref().map_or_else(Vec::new, |reach| reach.of(along));
+        let of_z = taken(z);
+        q -= product(&of_z, &of_z);
+        logdet_v += reach.as_ref().map_or(0.0, |reach| reach.log_determinant());
+        let of_set: Vec<Vec<f64>> = set.iter().map(|m| taken(bank_kernel.along_c.col_as_slice(*m as usize))).collect();
         let mut g = vec![0.0; k * k];
         let mut b = vec![0.0; k];
         for (x, m) in set.iter().enumerate() {
             let c = shrunk(bank_kernel.along_c.col_as_slice(*m as usize));
-            b[x] = self.b[*m as usize] - product(&c, z);
+            b[x] = self.b[*m as usize] - product(&c, z) - product(&of_set[x], &of_z);
             for (y, o) in set.iter().enumerate().take(x + 1) {
                 let both = self.gram[*m as usize].as_ref()?[*o as usize]
-                    - product(&c, bank_kernel.along_c.col_as_slice(*o as usize));
+                    - product(&c, bank_kernel.along_c.col_as_slice(*o as usize))
+                    - product(&of_set[x], &of_set[y]);
                 (g[x * k + y], g[y * k + x]) = (both, both);
             }
         }
@@ -1274,11 +1340,7 @@ impl Deviations {
     /// Variance of a combination `l` of the weighted rows: `sum_k P_k s_k^2 (l'l + t_k^2 l'K l)`.
     pub fn variance_of(&self, l: &[f64]) -> f64 {
         let white: f64 = l.iter().map(|l| l * l).sum();
-        let along = |kernel: &Kernel| -> f64 {
-            let sum = |j: usize| kernel.factor.col_as_slice(j).iter().zip(l).map(|(f, l)| f * l).sum::<f64>();
-            (0..kernel.factor.ncols()).map(|j| sum(j).powi(2)).sum()
-        };
-        let shared: Vec<f64> = self.kernels.iter().map(along).collect();
+        let shared: Vec<f64> = self.kernels.iter().map(|kernel| kernel.factor.form(l)).collect();
         let of = |d: &Deviation| d.kernel.and_then(|k| shared.get(k)).map_or(0.0, |shared| d.ratio * shared);
         self.each.iter().map(|d| d.probability * d.variance * (white + of(d))).sum()
     }
@@ -1327,7 +1389,7 @@ impl Class {
 }
 
 /// What is probable once the readings are seen.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Posterior {
     /// Sets, whatever the remainder, the most probable first.
     pub sets: Vec<(f64, Vec<u16>)>,
