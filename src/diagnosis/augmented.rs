@@ -6,7 +6,7 @@
 //! most probable one, each by the columns at its solution, is kept.
 
 use super::ambiguity::{Explanation, Rival};
-use super::bank::bank;
+use super::bank::{bank, bank_of};
 use super::candidates::{Kept, build};
 use super::coefficient::{beyond_noise, coefficient};
 use super::common::{DIFFERENT, NoiseFrom};
@@ -437,7 +437,8 @@ impl<'a> Search<'a> {
             candidate.visible = *visible;
             candidate.vanishing |= *visible < settings.absorbed;
         }
-        let posterior = score.posterior();
+        // it is made once sets that were judged are settled
+        let posterior = Posterior::default();
         let mut view = View { design, weighted, candidates, without_column, score, kernels, unit, posterior };
         view.settle(judged);
         Ok(view)
@@ -465,8 +466,7 @@ impl<'a> Search<'a> {
             return Ok((f64::NEG_INFINITY, weighted));
         };
         let columns = weighted.columns(members.iter().map(|c| &c.column));
-        let kernels = bank(campaign, &design, &weighted).into_iter().enumerate();
-        let kernels: Vec<_> = kernels.filter(|(place, _)| remainder.0.contains(place)).map(|(_, k)| k).collect();
+        let kernels = bank_of(campaign, &design, &weighted, |place| remainder.0.contains(&place));
         let problem = Problem {
             residual: &weighted.residual,
             basis: weighted.estimate.factor.thin_q(),

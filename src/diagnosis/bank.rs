@@ -6,12 +6,14 @@
 )]
 
 use super::common::{LENGTHS, NoiseFrom, share_of_wave};
+use super::factor::{Factor, MANY};
 use super::noise::{Weighted, positions};
 use super::score::Kernel;
 use crate::campaign::{Campaign, JointState};
 use crate::design::DesignMatrix;
 use crate::plan::Independent;
 use faer::Mat;
+use std::cell::LazyCell;
 use std::collections::HashMap;
 
 /// Most periods that are tried, those of one sensor alone included: they bound the work.
@@ -19,6 +21,8 @@ const PERIODS: usize = 60;
 /// Harmonics of what repeats in time, `1/k` of each: the fewest with more directions than an effect in all but name has (`least_rank`). They have 0.90 of the power of a
 /// square wave and 0.83 of a sawtooth's; two readings for a wave of the third make six a period.
 const HARMONICS: usize = 3;
+/// Waves whose share is smaller than this are left out: of their squares nothing is left beside the largest (`1e-7` there).
+const FADED: f64 = 1e-5;
 
 struct Row {
     sensor: usize,
@@ -39,24 +43,36 @@ fn group<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>) -> (Vec<usize>,
 pub(super) struct Rows<'a> {
     weight: Vec<f64>,
     white: Box<dyn Fn(&[f64]) -> Vec<f64> + 'a>,
+    /// Are the rows independent as they are?
+    apart: bool,
     stated: bool,
 }
 
 impl<'a> From<&'a Weighted> for Rows<'a> {
     fn from(at: &'a Weighted) -> Self {
         let white = Box::new(|column: &[f64]| at.whiten(column));
-        Rows { weight: at.weight.clone(), white, stated: at.from == NoiseFrom::Stated }
+        Rows { weight: at.weight.clone(), white, apart: at.floor.is_none(), stated: at.from == NoiseFrom::Stated }
     }
 }
 
 impl<'a> From<&'a Independent> for Rows<'a> {
     fn from(at: &'a Independent) -> Self {
         let weight = at.u.iter().map(|u| 1.0 / u).collect();
-        Rows { weight, white: Box::new(|column: &[f64]| at.white(column)), stated: true }
+        Rows { weight, white: Box::new(|column: &[f64]| at.white(column)), apart: at.is_apart(), stated: true }
     }
 }
 
 pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into<Rows<'a>>) -> Vec<Kernel> {
+    bank_of(campaign, design, at, |_| true)
+}
+
+/// Some kernels of the bank, by their places in it.
+pub(super) fn bank_of<'a>(
+    campaign: &Campaign,
+    design: &DesignMatrix,
+    at: impl Into<Rows<'a>>,
+    wanted: impl Fn(usize) -> bool,
+) -> Vec<Kernel> {
     let at = at.into();
     let n = at.weight.len();
     let rows: Vec<Row> = design.rows.iter().map(|o| Row { sensor: o.sensor, reading: o.reading }).collect();
@@ -76,35 +92,61 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     // random effects of all sensors, independent between sensors, and of one of several alone
     let felt_by: Vec<Option<usize>> =
         std::iter::once(None).chain(read.iter().filter(|_| read.len() > 1).map(|s| Some(*s))).collect();
-    let mut add = |(follows, per_mounting, one_of): (Option<String>, bool, usize), factor: Mat<f64>| {
+    let mut place = 0;
+    let mut add = |(follows, per_mounting, one_of): (Option<String>, bool, usize),
+                   deviates: &dyn Fn(usize) -> bool,
+                   make: &dyn Fn() -> Factor| {
+        let factor = LazyCell::new(make);
         for sensor in &felt_by {
             let felt = |i: usize| sensor.is_none_or(|s| s == rows[i].sensor);
             let among: Vec<usize> = (0..m).filter(|i| felt(*i)).collect();
-            let columns: Vec<usize> =
-                (0..factor.ncols()).filter(|j| among.iter().any(|i| factor[(*i, *j)] != 0.0)).collect();
-            // whitened, mean diagonal one
-            let mut f = Mat::<f64>::zeros(n, columns.len());
-            for (to, from) in columns.into_iter().enumerate() {
-                // rows of priors have none
-                let mut col = vec![0.0; n];
-                among.iter().for_each(|i| col[*i] = factor[(*i, from)] * unit[*i]);
-                f.col_as_slice_mut(to).copy_from_slice(&(at.white)(&col));
-            }
-            let trace: f64 = (0..f.ncols()).map(|j| f.col(j).squared_norm_l2()).sum();
-            if !(trace > 0.0) {
+            if !among.iter().any(|i| deviates(*i)) {
                 continue;
             }
-            f *= faer::Scale((among.len() as f64 / trace).sqrt());
+            place += 1;
+            if !wanted(place - 1) {
+                continue;
+            }
+            // whitened, mean diagonal one; rows of priors have none
+            let scaled = |trace: f64| if trace > 0.0 { (among.len() as f64 / trace).sqrt() } else { 0.0 };
+            let factor = match &*factor {
+                Factor::Apart(all) => {
+                    let weighted = |(i, v): &(usize, f64)| felt(*i).then(|| (*i, v * unit[*i] * at.weight[*i]));
+                    let columns = all.iter().map(|column| column.iter().filter_map(weighted).collect());
+                    let mut columns: Vec<Vec<(usize, f64)>> = columns.filter(|c: &Vec<_>| !c.is_empty()).collect();
+                    let scale = scaled(columns.iter().flatten().map(|(_, v)| v * v).sum());
+                    columns.iter_mut().flatten().for_each(|(_, v)| *v *= scale);
+                    Factor::Apart(columns)
+                }
+                Factor::Dense(all) => {
+                    let columns: Vec<usize> =
+                        (0..all.ncols()).filter(|j| among.iter().any(|i| all[(*i, *j)] != 0.0)).collect();
+                    let mut f = Mat::<f64>::zeros(n, columns.len());
+                    for (to, from) in columns.into_iter().enumerate() {
+                        let mut col = vec![0.0; n];
+                        among.iter().for_each(|i| col[*i] = all[(*i, from)] * unit[*i]);
+                        f.col_as_slice_mut(to).copy_from_slice(&(at.white)(&col));
+                    }
+                    let trace: f64 = (0..f.ncols()).map(|j| f.col(j).squared_norm_l2()).sum();
+                    f *= faer::Scale(scaled(trace));
+                    Factor::Dense(f)
+                }
+            };
             let alone = |what: &String| match sensor {
                 Some(s) => format!("{what}, of {} alone", campaign.sensor_id(*s)),
                 None => what.clone(),
             };
             let follows = follows.as_ref().map(alone);
-            kernels.push(Kernel { follows, per_mounting, one_of, factor: f, sensor: *sensor });
+            kernels.push(Kernel { follows, per_mounting, one_of, factor, sensor: *sensor });
         }
     };
+    // of many groups each has few rows
     let indicator = |g: &(Vec<usize>, usize), x: &dyn Fn(usize) -> f64| {
-        Mat::from_fn(m, g.1, |i, j| if g.0[i] == j { x(i) } else { 0.0 })
+        let mut columns: Vec<Vec<(usize, f64)>> = vec![vec![]; g.1];
+        (0..m).filter(|i| x(*i) != 0.0).for_each(|i| columns[g.0[i]].push((i, x(i))));
+        columns.retain(|column| !column.is_empty());
+        let factor = Factor::Apart(columns);
+        if at.apart && g.1 > MANY { factor } else { Factor::Dense(factor.dense(m)) }
     };
     let one = |_: usize| 1.0;
     let named = |what: &str, by_rate: bool| {
@@ -114,6 +156,7 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     let rate: Vec<f64> = rows.iter().map(|r| states(r).iter().map(|s| s.rate_deg_s()).sum::<f64>()).collect();
     let fastest = rate.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     let times_rate = |i: usize| if fastest > 0.0 { rate[i] / fastest } else { 0.0 };
+    let (always, turns) = (|_: usize| true, |i: usize| rate[i] != 0.0);
     let rates = group(rate.iter().map(|r| r.to_bits())).1;
     let setting = group(rows.iter().map(|r| (r.sensor, states(r).iter().map(JointState::bits).collect::<Vec<_>>())));
     let still = |s: &JointState| {
@@ -123,21 +166,21 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
     let labels = positions(campaign, design, n);
     let label = group(rows.iter().enumerate().map(|(i, r)| (r.sensor, labels[i])));
     if setting.1 < m {
-        add(named("the setting", false), indicator(&setting, &one));
+        add(named("the setting", false), &always, &|| indicator(&setting, &one));
     }
     if place.1 > 1 && place.0 != setting.0 {
-        add(named("the angles", false), indicator(&place, &one));
+        add(named("the angles", false), &always, &|| indicator(&place, &one));
     }
     if label.1 > 1 && label.0 != place.0 && label.0 != setting.0 && label.1 < m {
-        add((named("the position", false).0, true, 1), indicator(&label, &one));
+        add((named("the position", false).0, true, 1), &always, &|| indicator(&label, &one));
     }
     if rates > 1 {
         if place.1 > 1 {
-            add(named("the angles", true), indicator(&place, &times_rate));
+            add(named("the angles", true), &turns, &|| indicator(&place, &times_rate));
         }
         let by_rate = group(rows.iter().enumerate().map(|(i, r)| (r.sensor, rate[i].to_bits())));
         if by_rate.1 > 2 && by_rate.0 != setting.0 {
-            add(named("the rate", false), indicator(&by_rate, &one));
+            add(named("the rate", false), &always, &|| indicator(&by_rate, &one));
         }
     }
     for (k, joint) in campaign.bench.joints().enumerate() {
@@ -155,27 +198,42 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
         }
         // beyond half the distinct angles harmonics repeat; of order 24 the smooth kernels have nothing left, and the rough one 2 %
         let most = (distinct / 2).min(24);
+        let harmonics = LazyCell::new(|| {
+            Mat::from_fn(m, 2 * most, |i, h| match ((h / 2 + 1) as f64, angle[i]) {
+                (order, Some(a)) if h % 2 == 0 => (order * a).cos(),
+                (order, Some(a)) => (order * a).sin(),
+                _ => 0.0,
+            })
+        });
         // radians: a lobe as wide as a quarter turn, and one of a third of that
         for (is_smooth, length) in [(true, 1.0), (false, 0.3)] {
             for by_rate in [false, true] {
                 if by_rate && rates < 2 {
                     continue;
                 }
+                let share = |order: f64| match is_smooth {
+                    true => (-0.25 * order * order * length * length).exp(),
+                    false => (1.0 / (1.0 + (order * length).powi(2))).sqrt(),
+                };
+                let mut shares: Vec<f64> = (0..2 * most).map(|h| share((h / 2 + 1) as f64)).collect();
+                shares.retain(|share| *share > FADED);
+                let kept = shares.len();
                 // a mean is in the model, its product with the rate only where the scale factor is estimated
-                let waves = 2 * most + usize::from(by_rate);
-                let factor = Mat::from_fn(m, sensors * waves, |i, j| {
-                    let (s, h) = (j / waves, j % waves);
-                    let order = if h < 2 * most { (h / 2 + 1) as f64 } else { 0.0 };
-                    let Some(a) = angle[i].filter(|_| s == rows[i].sensor) else { return 0.0 };
-                    let w = if is_smooth {
-                        (-0.25 * order * order * length * length).exp()
-                    } else {
-                        (1.0 / (1.0 + (order * length).powi(2))).sqrt()
-                    };
-                    let v = if h % 2 == 0 { (order * a).cos() } else { (order * a).sin() };
-                    w * v * if by_rate { times_rate(i) } else { 1.0 }
-                });
-                add(named(joint, by_rate), factor);
+                shares.extend(by_rate.then_some(1.0));
+                let waves = shares.len();
+                let make = || {
+                    Mat::from_fn(m, sensors * waves, |i, j| {
+                        let (s, h) = (j / waves, j % waves);
+                        if angle[i].is_none() || s != rows[i].sensor {
+                            return 0.0;
+                        }
+                        let v = if h < kept { shares[h] * harmonics[(i, h)] } else { 1.0 };
+                        if by_rate { v * times_rate(i) } else { v }
+                    })
+                    .into()
+                };
+                let deviates = |i: usize| angle[i].is_some() && (!by_rate || turns(i));
+                add(named(joint, by_rate), &deviates, &make);
             }
         }
     }
@@ -193,19 +251,28 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
         // 64 waves bound the work, 240 that of all sensors together
         let most = (m / sensors.max(1)).saturating_sub(1).min(64).min(240 / sensors.max(1)).max(1);
         let what = if column.is_some() { "time" } else { "the order of the readings" };
+        let phase = |i: usize| std::f64::consts::PI * (time[i] - a) / (b - a);
+        let courses = LazyCell::new(|| Mat::from_fn(m, most + 1, |i, h| (h as f64 * phase(i)).cos()));
         let by_rate = LENGTHS.iter().filter(|_| rates > 1).map(|length| (*length, true));
         for (length, by_rate) in LENGTHS.iter().map(|length| (*length, false)).chain(by_rate) {
-            let waves = most + usize::from(by_rate);
-            let factor = Mat::from_fn(m, sensors * waves, |i, j| {
-                // from the mean on where it is a factor of the rate
-                let (s, h) = (j / waves, (j % waves + 1 - usize::from(by_rate)) as f64);
-                if s != rows[i].sensor {
-                    return 0.0;
-                }
-                let course = share_of_wave(h, length) * (std::f64::consts::PI * h * (time[i] - a) / (b - a)).cos();
-                if by_rate { course * times_rate(i) } else { course }
-            });
-            add(named(what, by_rate), factor);
+            // from the mean on where it is a factor of the rate
+            let first = usize::from(!by_rate);
+            let mut shares: Vec<f64> = (first..=most).map(|h| share_of_wave(h as f64, length)).collect();
+            let top = shares.first().copied().unwrap_or_default();
+            shares.retain(|share| *share > FADED * top);
+            let waves = shares.len();
+            let make = || {
+                Mat::from_fn(m, sensors * waves, |i, j| {
+                    let (s, h) = (j / waves, j % waves);
+                    if s != rows[i].sensor {
+                        return 0.0;
+                    }
+                    let course = shares[h] * courses[(i, h + first)];
+                    if by_rate { course * times_rate(i) } else { course }
+                })
+                .into()
+            };
+            add(named(what, by_rate), if by_rate { &turns } else { &always }, &make);
         }
         // what repeats in time: periods of six readings and more, with three harmonics; half a wave more in the record each
         let of_each = m / sensors.max(1);
@@ -214,21 +281,25 @@ pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into
         let (follows, ..) = named(what, false);
         let tried: Vec<f64> = periods.into_iter().step_by(apart).collect();
         for period in &tried {
-            let factor = Mat::from_fn(m, sensors * 2 * HARMONICS, |i, j| {
-                let (s, h) = (j / (2 * HARMONICS), j % (2 * HARMONICS));
-                if s != rows[i].sensor {
-                    return 0.0;
-                }
-                let order = (h / 2 + 1) as f64;
-                let phase = std::f64::consts::TAU * order * (time[i] - a) / period;
-                (if h % 2 == 0 { phase.cos() } else { phase.sin() }) / order
-            });
-            add((follows.clone(), false, tried.len()), factor);
+            let make = || {
+                Mat::from_fn(m, sensors * 2 * HARMONICS, |i, j| {
+                    let (s, h) = (j / (2 * HARMONICS), j % (2 * HARMONICS));
+                    if s != rows[i].sensor {
+                        return 0.0;
+                    }
+                    let order = (h / 2 + 1) as f64;
+                    let phase = std::f64::consts::TAU * order * (time[i] - a) / period;
+                    (if h % 2 == 0 { phase.cos() } else { phase.sin() }) / order
+                })
+                .into()
+            };
+            add((follows.clone(), false, tried.len()), &always, &make);
         }
     }
     // a dense factor: 400 rows bound the work
     if at.stated && m <= 400 {
-        add((None, false, 1), Mat::from_fn(m, m, |i, j| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 }));
+        let own = |i: usize, j: usize| if i == j { 1.0 / (at.weight[i] * unit[i]) } else { 0.0 };
+        add((None, false, 1), &always, &|| Mat::from_fn(m, m, own).into());
     }
     kernels
 }

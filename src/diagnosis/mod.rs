@@ -12,6 +12,7 @@
 //! | `averaged.rs` | long records |
 //! | `score.rs` | the posterior of sets of effects and a remainder |
 //! | `bank.rs` | remainders that know nothing of the catalogue |
+//! | `factor.rs` | what of a remainder's readings deviates together |
 //! | `augmented.rs` | score and exact fit in turn |
 //! | `settings.rs` | every threshold, with its meaning and source |
 //! | `candidates.rs` | each effect as a column of this campaign, and how large it is |
@@ -45,6 +46,7 @@ mod catalogue;
 mod coefficient;
 mod common;
 mod evidence;
+mod factor;
 mod finding;
 mod foresee;
 mod holdout;

@@ -104,7 +104,7 @@ fn of_noise(
         follows: None,
         per_mounting: kernel.per_mounting,
         one_of: kernel.one_of,
-        factor: Mat::from_fn(rows.len(), kernel.factor.ncols(), |i, j| kernel.factor[(rows[i], j)]),
+        factor: kernel.factor.of_rows(&rows),
         sensor: kernel.sensor,
     };
     let kernels: Vec<Kernel> = kernels.iter().filter(is_of_sensor).map(part).collect();

@@ -79,7 +79,7 @@ pub(super) fn scattering(campaign: &Campaign, seen: &Seen, settings: &Settings) 
         // offsets are one kind, as in the bank, joints and tilts another
         let one_of = if kernels.len() == of_bank { 1 } else { count - 1 };
         if is_felt {
-            kernels.push(Kernel { follows: None, per_mounting: true, one_of, factor, sensor: None });
+            kernels.push(Kernel { follows: None, per_mounting: true, one_of, factor: factor.into(), sensor: None });
             scales.push(scale);
         }
         is_felt

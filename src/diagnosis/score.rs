@@ -13,11 +13,15 @@
     reason = "a dense kernel: lengths are those of the columns that `Score::new` is given, which are no more than a u16 counts"
 )]
 
+use super::factor::{Apart, Factor, Reach};
+use crate::linear::dot as product;
 use crate::uncertainty::quantiles::ln_gamma;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
+use std::cell::RefCell;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 /// Effects that are expected in addition to another where anything is missing: one finding in four has a second one.
 const EXPECTED: f64 = 0.25;
@@ -34,6 +38,8 @@ const EACH: usize = 6;
 const IN_EACH_OF_SEVERAL: usize = 3;
 /// Sets of each length that grow side by side where nothing but effects is there: they bound the work. A choice; with more the time grows in proportion.
 const BEAM: usize = 24;
+/// Neighbours of a set that are followed.
+const FOLLOWED: usize = 3;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
 
@@ -144,7 +150,7 @@ pub(crate) struct Kernel {
     pub per_mounting: bool,
     /// Of so many kernels of one kind, which share its probability, it is one.
     pub one_of: usize,
-    pub factor: Mat<f64>,
+    pub factor: Factor,
     /// The one of several sensors (or channels) that deviates alone.
     pub sensor: Option<usize>,
 }
@@ -181,7 +187,9 @@ struct Prepared {
     share: f64,
     lambda: Vec<f64>,
     along_z: Vec<f64>,
-    along_c: Mat<f64>,
+    along_c: Rc<Mat<f64>>,
+    /// The same of the model's basis, where its directions are not projected.
+    along_q: Option<Mat<f64>>,
 }
 
 /// Sufficient statistics in the space that the model leaves.
@@ -197,7 +205,7 @@ pub(crate) struct Score {
     /// The kinds of these that several sensors may have.
     kinds: Vec<Vec<(u16, u16)>>,
     /// projected columns, unit norm
-    c: Mat<f64>,
+    c: Rc<Mat<f64>>,
     pub visible: Vec<f64>,
     /// Candidates with the same column, by the one that represents them.
     pub alike: Vec<Vec<u16>>,
@@ -206,12 +214,18 @@ pub(crate) struct Score {
     kernels: Vec<Prepared>,
     /// So many kinds share the probability of a remainder.
     pub sharing: f64,
-    gram: Vec<Option<Vec<f64>>>,
+    gram: Vec<Option<Rc<[f64]>>>,
+    /// Remainders of one kernel that were made, each with its columns: many sets have the same best size.
+    made: Vec<Rc<GivenRemainder>>,
+    /// What the model takes of kernels whose directions are not projected, by kernel and size.
+    reached: RefCell<BTreeMap<(usize, u64), Option<Rc<Reach>>>>,
+    /// The others of the last cosine, and the inverse of their Gram matrix.
+    given: RefCell<(Vec<u16>, Option<Vec<f64>>)>,
     pub visited: BTreeMap<(u16, Vec<u16>), f64>,
     /// Of these the ones whose integral over t was made, without the prior of the kernel, and their best t.
     integrated: BTreeMap<(u16, Vec<u16>), (f64, f64)>,
-    /// Sets whose neighbours were looked at.
-    expanded: BTreeSet<(u16, Vec<u16>)>,
+    /// Sets whose neighbours were looked at, each with the best of these: many starts lead to the same sets.
+    expanded: BTreeMap<(u16, Vec<u16>), Vec<(f64, Vec<u16>)>>,
     /// Sets that have their evidence at their solution.
     overruled: BTreeSet<Vec<u16>>,
     pub best: f64,
@@ -238,7 +252,7 @@ impl Belief {
     fn density(&self, size: f64, variance: f64, range: f64) -> f64 {
         match self.fixed {
             None => {
-                let root_mean_square = size.hypot(variance.sqrt());
+                let root_mean_square = (size * size + variance).sqrt();
                 self.at(root_mean_square) / root_mean_square
             }
             Some(fixed) => {
@@ -252,7 +266,7 @@ impl Belief {
 #[derive(Clone)]
 struct State {
     set: Vec<u16>,
-    g: Vec<Vec<f64>>,
+    g: Vec<Rc<[f64]>>,
     inverse: Vec<f64>,
     beta: Vec<f64>,
     q: f64,
@@ -271,11 +285,16 @@ pub(crate) struct Solved {
 /// All columns given one remainder of one size: `c_j' V^-1 z`, `c_j' V^-1 c_j`, `z' V^-1 z` and `ln|V|`.
 struct GivenRemainder {
     kernel: usize,
+    t: f64,
     shrink: Vec<f64>,
     b: Vec<f64>,
     d: Vec<f64>,
     q: f64,
     logdet: f64,
+    /// Of each column, what the model takes.
+    taken: Vec<Vec<f64>>,
+    /// `c_j' V^-1 c_m` for all j, of each m that was in a set.
+    columns: RefCell<BTreeMap<usize, Rc<[f64]>>>,
 }
 
 /// Eigenvalues of a Gram matrix and its eigenvectors; no vectors where it is diagonal.
@@ -317,6 +336,7 @@ impl Score {
             fixed[j] = p.fixed.get(j).copied().flatten().map(|size| size * projected_norm);
             c.col_mut(j).iter_mut().for_each(|v| *v *= scale);
         }
+        let c = Rc::new(c);
         let mut z = Mat::from_fn(n, 1, |i, _| p.residual[i]);
         project(p.basis, &mut z);
         let dot = |x: faer::ColRef<'_, f64>, y: faer::ColRef<'_, f64>| -> f64 {
@@ -324,30 +344,57 @@ impl Score {
         };
         let zz = dot(z.col(0), z.col(0));
         let b: Vec<f64> = (0..k).map(|j| dot(c.col(j), z.col(0))).collect();
-        let mut kernels =
-            vec![Prepared { place: None, share: 0.0, lambda: vec![], along_z: vec![], along_c: Mat::zeros(0, k) }];
+        let none = Rc::new(Mat::zeros(0, k));
+        let (lambda, along_z) = (vec![], vec![]);
+        let mut kernels = vec![Prepared { place: None, share: 0.0, lambda, along_z, along_c: none, along_q: None }];
+        // what it does to a few vectors tells kernels that are alike
+        let mut trial = Mat::from_fn(n, 8, |i, v| (12.9898 * (i + 1) as f64 * (v as f64 + 1.7)).sin());
+        project(p.basis, &mut trial);
         let mut factors = vec![];
         for (place, kernel) in p.kernels.iter().enumerate() {
-            let mut f = kernel.factor.clone();
-            project(p.basis, &mut f);
-            let gram = f.transpose() * &f;
-            let Some((s, turn)) = principal(&gram) else { continue };
-            let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
             // directions in which it deviates by less than a fifth of its largest are neglected: a choice
-            let wide = s.iter().filter(|l| **l > 0.05 * top).count();
-            if wide < settings.least_rank {
-                continue;
-            }
-            let keep: Vec<usize> = (0..s.len()).filter(|i| s[*i] > 1e-7 * top && s[*i] > 1e-12).collect();
-            let u = match turn {
-                Some(turn) => &f * Mat::from_fn(s.len(), keep.len(), |i, j| turn[(i, keep[j])] / s[keep[j]].sqrt()),
-                None => Mat::from_fn(n, keep.len(), |i, j| f[(i, keep[j])] / s[keep[j]].sqrt()),
+            let is_wide = |s: &[f64]| {
+                let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
+                s.iter().filter(|l| **l > 0.05 * top).count() >= settings.least_rank
             };
-            let along_z = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
-            let along_c = u.transpose() * &c;
-            // what it does to a few vectors tells kernels that are alike
-            let trial = Mat::from_fn(n, 8, |i, v| (12.9898 * (i + 1) as f64 * (v as f64 + 1.7)).sin());
-            let does = &f * (f.transpose() * trial);
+            let (prepared, does) = match &kernel.factor {
+                Factor::Dense(factor) => {
+                    let mut f = factor.clone();
+                    project(p.basis, &mut f);
+                    let Some((s, turn)) = principal(&(f.transpose() * &f)).filter(|(s, _)| is_wide(s)) else {
+                        continue;
+                    };
+                    let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
+                    let keep: Vec<usize> = (0..s.len()).filter(|i| s[*i] > 1e-7 * top && s[*i] > 1e-12).collect();
+                    let turned =
+                        |i: usize, j: usize| turn.as_ref().map_or(0.0, |turn| turn[(i, keep[j])]) / s[keep[j]].sqrt();
+                    let u = match turn {
+                        Some(_) => &f * Mat::from_fn(s.len(), keep.len(), turned),
+                        None => Mat::from_fn(n, keep.len(), |i, j| f[(i, keep[j])] / s[keep[j]].sqrt()),
+                    };
+                    let along_z = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
+                    let along_c = Rc::new(u.transpose() * &*c);
+                    let lambda = keep.iter().map(|i| s[*i]).collect();
+                    let does = &f * (f.transpose() * &trial);
+                    (
+                        Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q: None },
+                        does,
+                    )
+                }
+                Factor::Apart(columns) => {
+                    let apart = Apart::new(columns, n);
+                    let lambda = apart.eigenvalues();
+                    if !is_wide(&lambda) {
+                        continue;
+                    }
+                    let along_c = if apart.is_single() { Rc::clone(&c) } else { Rc::new(apart.along((*c).as_ref())) };
+                    let along_z = apart.along(z.as_ref()).col_as_slice(0).to_vec();
+                    let along_q = Some(apart.along(p.basis));
+                    let mut does = apart.twice(trial.as_ref());
+                    project(p.basis, &mut does);
+                    (Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q }, does)
+                }
+            };
             let size = does.norm_l2();
             let same = |other: &Mat<f64>| {
                 let inner: f64 = (0..8).map(|v| dot(does.col(v), other.col(v))).sum();
@@ -358,8 +405,7 @@ impl Score {
                 continue;
             }
             factors.push(does);
-            let lambda = keep.iter().map(|i| s[*i]).collect();
-            kernels.push(Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c });
+            kernels.push(prepared);
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
@@ -416,16 +462,19 @@ impl Score {
             beliefs,
             kinds,
             alike,
-            c,
+            c: Rc::clone(&c),
             visible,
             norm,
             b,
             sharing: p.sharing.unwrap_or_else(|| kernels.iter().map(|kernel| kernel.share).sum()),
             kernels,
             gram: vec![None; k],
+            made: vec![],
+            reached: RefCell::default(),
+            given: RefCell::new((vec![], Some(vec![]))),
             visited: BTreeMap::new(),
             integrated: BTreeMap::new(),
-            expanded: BTreeSet::new(),
+            expanded: BTreeMap::new(),
             overruled: BTreeSet::new(),
             best: f64::NEG_INFINITY,
         }
@@ -437,12 +486,13 @@ impl Score {
         u16::try_from(place).ok()
     }
 
-    fn gram0(&mut self, m: usize) -> Vec<f64> {
-        if self.gram[m].is_none() {
-            let col = self.c.transpose() * self.c.col(m);
-            self.gram[m] = Some(col.iter().copied().collect());
+    fn gram0(&mut self, m: usize) -> Rc<[f64]> {
+        if let Some(column) = &self.gram[m] {
+            return Rc::clone(column);
         }
-        self.gram[m].clone().unwrap_or_default()
+        let column: Rc<[f64]> = (self.c.transpose() * self.c.col(m)).iter().copied().collect();
+        self.gram[m] = Some(Rc::clone(&column));
+        column
     }
 
     fn shrink(&self, kernel: usize, t: f64) -> Vec<f64> {
@@ -450,39 +500,82 @@ impl Score {
     }
 
     /// c_j' V^-1 c_m for all j.
-    fn column(&mut self, remainder: &GivenRemainder, m: usize) -> Vec<f64> {
-        let mut g = self.gram0(m);
-        let kernel = &self.kernels[remainder.kernel];
+    fn column(&mut self, remainder: &GivenRemainder, m: usize) -> Rc<[f64]> {
+        let gram = self.gram0(m);
         if remainder.shrink.is_empty() {
-            return g;
+            return gram;
         }
-        let w: Vec<f64> = remainder.shrink.iter().enumerate().map(|(i, d)| d * kernel.along_c[(i, m)]).collect();
-        for (j, g) in g.iter_mut().enumerate() {
-            let col = kernel.along_c.col_as_slice(j);
-            *g -= col.iter().zip(&w).map(|(a, b)| a * b).sum::<f64>();
+        if let Some(column) = remainder.columns.borrow().get(&m) {
+            return Rc::clone(column);
         }
-        g
+        let kernel = &self.kernels[remainder.kernel];
+        let w: Vec<f64> = remainder.shrink.iter().zip(kernel.along_c.col_as_slice(m)).map(|(d, a)| d * a).collect();
+        let taken = |j: usize| match (remainder.taken.get(j), remainder.taken.get(m)) {
+            (Some(a), Some(b)) => product(a, b),
+            _ => 0.0,
+        };
+        let at = |(j, g): (usize, &f64)| g - product(kernel.along_c.col_as_slice(j), &w) - taken(j);
+        let column: Rc<[f64]> = gram.iter().enumerate().map(at).collect();
+        let _first = remainder.columns.borrow_mut().insert(m, Rc::clone(&column));
+        column
     }
 
-    fn at(&self, kernel: usize, t: f64) -> GivenRemainder {
+    /// A remainder of one size; of one kernel they are kept.
+    fn at(&mut self, kernel: usize, t: f64) -> Rc<GivenRemainder> {
+        self.made.retain(|made| made.kernel == kernel);
+        if let Some(made) = self.made.iter().find(|made| made.t == t) {
+            return Rc::clone(made);
+        }
+        let made = Rc::new(self.make(kernel, t));
+        self.made.push(Rc::clone(&made));
+        made
+    }
+
+    fn make(&self, kernel: usize, t: f64) -> GivenRemainder {
         let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
         let w: Vec<f64> = shrink.iter().zip(&bank_kernel.along_z).map(|(d, z)| d * z).collect();
         let (mut b, mut d) = (self.b.clone(), self.norm.clone());
+        let mut shrunk = vec![0.0; shrink.len()];
         for j in (0..b.len()).filter(|j| !shrink.is_empty() && self.norm[*j] > 0.0) {
-            for ((a, w), s) in bank_kernel.along_c.col_as_slice(j).iter().zip(&w).zip(&shrink) {
-                b[j] -= a * w;
-                d[j] -= a * a * s;
-            }
+            let along = bank_kernel.along_c.col_as_slice(j);
+            shrunk.iter_mut().zip(along.iter().zip(&shrink)).for_each(|(v, (a, s))| *v = a * s);
+            b[j] -= product(along, &w);
+            d[j] -= product(along, &shrunk);
         }
-        let q = self.zz - w.iter().zip(&bank_kernel.along_z).map(|(a, b)| a * b).sum::<f64>();
-        let logdet = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
-        GivenRemainder { kernel, shrink, b, d, q, logdet }
+        let mut q = self.zz - product(&w, &bank_kernel.along_z);
+        let mut logdet = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        let mut taken = vec![];
+        if let Some(reach) = self.reach(kernel, t, &shrink) {
+            let of_z = reach.of(&bank_kernel.along_z);
+            taken.extend((0..b.len()).map(|j| match self.norm[j] > 0.0 {
+                true => reach.of(bank_kernel.along_c.col_as_slice(j)),
+                false => vec![0.0; of_z.len()],
+            }));
+            b.iter_mut().zip(&taken).for_each(|(b, taken)| *b -= product(taken, &of_z));
+            d.iter_mut().zip(&taken).for_each(|(d, taken)| *d -= product(taken, taken));
+            q -= product(&of_z, &of_z);
+            logdet += reach.log_determinant();
+        }
+        GivenRemainder { kernel, t, shrink, b, d, q, logdet, taken, columns: RefCell::default() }
     }
 
-    /// ln of the odds of a column and of the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
-    fn believed(&self, j: usize, size: f64, variance: f64) -> f64 {
+    /// What the model takes of a kernel's directions at a size, where they are not projected.
+    fn reach(&self, kernel: usize, t: f64, shrink: &[f64]) -> Option<Rc<Reach>> {
+        let along_q = self.kernels[kernel].along_q.as_ref()?;
+        let mut reached = self.reached.borrow_mut();
+        let at = reached.entry((kernel, t.to_bits())).or_insert_with(|| Reach::new(along_q, shrink).map(Rc::new));
+        at.clone()
+    }
+
+    /// The odds of a column times the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
+    fn likely(&self, j: usize, size: f64, variance: f64) -> f64 {
         let range = self.settings.range();
-        self.beliefs[j].iter().map(|belief| belief.density(size, variance, range)).sum::<f64>().ln()
+        self.beliefs[j].iter().map(|belief| belief.density(size, variance, range)).sum()
+    }
+
+    /// ln of it.
+    fn believed(&self, j: usize, size: f64, variance: f64) -> f64 {
+        self.likely(j, size, variance).ln()
     }
 
     /// What a set gains (ln) for a further member of a kind that it has in other sensors, over one of another kind. What is in one of `s` sensors is in it
@@ -516,19 +609,24 @@ impl Score {
 
     /// ln p(y, S | K, t) but for what all share.
     fn evidence(&self, k: usize, q: f64, logdet_v: f64, logdet_g: f64, believed: f64) -> f64 {
-        let l = 2.0 * self.settings.range();
-        let kf = k as f64;
-        let each = -kf * l.ln() + believed - 0.5 * logdet_g - 0.5 * logdet_v;
-        if self.known {
-            each - 0.5 * q + kf * 0.5 * std::f64::consts::TAU.ln()
-        } else {
-            let nu = self.nu - kf;
-            if nu < 1.0 {
-                return f64::NEG_INFINITY;
-            }
-            let q = q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
-            each + ln_gamma(0.5 * nu) - 0.5 * nu * q.ln() + kf * 0.5 * std::f64::consts::PI.ln()
+        let q = if self.known { q } else { q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE).ln() };
+        believed - 0.5 * (logdet_g + logdet_v) + self.volume(k) - self.per_q(k) * q
+    }
+
+    /// What `k` sizes have of it, whatever they are.
+    fn volume(&self, k: usize) -> f64 {
+        let (kf, range) = (k as f64, 2.0 * self.settings.range());
+        let nu = self.nu - kf;
+        match self.known {
+            true => kf * (0.5 * std::f64::consts::TAU.ln() - range.ln()),
+            false if nu < 1.0 => f64::NEG_INFINITY,
+            false => kf * (0.5 * std::f64::consts::PI.ln() - range.ln()) + ln_gamma(0.5 * nu),
         }
+    }
+
+    /// What the sum of squares, or where the noise is unknown its logarithm, takes off.
+    fn per_q(&self, k: usize) -> f64 {
+        if self.known { 0.5 } else { 0.5 * (self.nu - k as f64) }
     }
 
     fn sigma2(&self, q: f64, k: usize) -> f64 {
@@ -541,10 +639,11 @@ impl Score {
     fn state(&mut self, remainder: &GivenRemainder, set: &[u16]) -> Option<State> {
         let mut state =
             State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: remainder.q, logdet: 0.0, value: 0.0 };
+        let (mut g, mut h) = (vec![], vec![]);
         for m in set {
             let j = *m as usize;
-            let (h, d, bb) = step(&state, remainder, j)?;
-            extend(&mut state, h, d, bb, *m);
+            let (d, bb) = step(&state, remainder, j, (&mut g, &mut h))?;
+            extend(&mut state, &h, d, bb, *m);
             let col = self.column(remainder, j);
             state.g.push(col);
         }
@@ -560,36 +659,45 @@ impl Score {
     /// value of S + j for all j
     fn additions(&self, state: &State, remainder: &GivenRemainder, least: f64) -> Vec<f64> {
         let k = state.set.len();
-        let own_q = state.q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE);
+        let least_q = (1e-14 * self.zz).max(f64::MIN_POSITIVE);
+        let of_q = |q: f64| if self.known { q } else { q.max(least_q).ln() };
+        let own_q = of_q(state.q);
         let before = self.of_one_kind(&state.set);
-        (0..self.b.len())
-            .map(|j| {
-                if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
-                    return f64::NEG_INFINITY;
+        let volume = self.volume(k + 1) + before - 0.5 * (state.logdet + remainder.logdet);
+        let there: BTreeSet<u16> =
+            state.set.iter().flat_map(|j| self.kinds[*j as usize].iter().map(|(kind, _)| *kind)).collect();
+        let (mut g, mut h) = (vec![], vec![]);
+        let mut value = |j: usize| {
+            if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
+                return f64::NEG_INFINITY;
+            }
+            let Some((d, bb)) = step(state, remainder, j, (&mut g, &mut h)) else { return f64::NEG_INFINITY };
+            let q = state.q - bb * bb / d;
+            let ln_q = of_q(q);
+            // sizes and volume cost: what a column takes off bounds what it gains
+            let gain = self.per_q(k) * (own_q - ln_q);
+            // a kind that the set does not have joins nothing
+            let is_there = self.kinds[j].iter().any(|(kind, _)| there.contains(kind));
+            let joins = if is_there { self.joins(&state.set, j as u16) } else { 0.0 };
+            if state.value + gain + self.prior[j] + joins + 2.0 < least {
+                return f64::NEG_INFINITY;
+            }
+            let s2 = self.sigma2(q, k + 1);
+            let bj = bb / d;
+            // one logarithm for all that cannot underflow together
+            let (mut ln, mut all) = (0.0, self.likely(j, bj, s2 / d) / d.sqrt());
+            for (i, h) in h.iter().enumerate() {
+                let bi = state.beta[i] - h * bj;
+                let u = state.inverse[i * k + i] + h * h / d;
+                if !(all > 1e-100 && all < 1e100) {
+                    ln += all.ln();
+                    all = 1.0;
                 }
-                let Some((h, d, bb)) = step(state, remainder, j) else { return f64::NEG_INFINITY };
-                let q = state.q - bb * bb / d;
-                // sizes and volume cost: what a column takes off bounds what it gains
-                let gain = if self.known {
-                    0.5 * (state.q - q)
-                } else {
-                    0.5 * (self.nu - k as f64) * (own_q / q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE)).ln()
-                };
-                let joins = self.joins(&state.set, j as u16);
-                if state.value + gain + self.prior[j] + joins + 2.0 < least {
-                    return f64::NEG_INFINITY;
-                }
-                let s2 = self.sigma2(q, k + 1);
-                let bj = bb / d;
-                let mut believed = self.believed(j, bj, s2 / d) + before + joins;
-                for (i, h) in h.iter().enumerate() {
-                    let bi = state.beta[i] - h * bj;
-                    let u = state.inverse[i * k + i] + h * h / d;
-                    believed += self.believed(state.set[i] as usize, bi, s2 * u);
-                }
-                self.evidence(k + 1, q, remainder.logdet, state.logdet + d.ln(), believed)
-            })
-            .collect()
+                all *= self.likely(state.set[i] as usize, bi, s2 * u);
+            }
+            volume + joins + ln + all.ln() - self.per_q(k + 1) * ln_q
+        };
+        (0..self.b.len()).map(&mut value).collect()
     }
 
     fn grid(&self) -> Vec<f64> {
@@ -686,19 +794,25 @@ impl Score {
     fn quick(&self, kernel: usize, t: f64, set: &[u16]) -> Option<Solved> {
         let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
         let k = set.len();
-        let inner =
-            |a: &[f64], b: &[f64]| -> f64 { shrink.iter().zip(a).zip(b).map(|((s, a), b)| s * a * b).sum::<f64>() };
-        let logdet_v: f64 = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
+        let shrunk = |a: &[f64]| -> Vec<f64> { shrink.iter().zip(a).map(|(s, a)| s * a).collect() };
+        let mut logdet_v: f64 = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
         let z = &bank_kernel.along_z;
-        let mut q = self.zz - inner(z, z);
+        let mut q = self.zz - product(&shrunk(z), z);
+        let reach = self.reach(kernel, t, &shrink);
+        let taken = |along: &[f64]| reach.as_ref().map_or_else(Vec::new, |reach| reach.of(along));
+        let of_z = taken(z);
+        q -= product(&of_z, &of_z);
+        logdet_v += reach.as_ref().map_or(0.0, |reach| reach.log_determinant());
+        let of_set: Vec<Vec<f64>> = set.iter().map(|m| taken(bank_kernel.along_c.col_as_slice(*m as usize))).collect();
         let mut g = vec![0.0; k * k];
         let mut b = vec![0.0; k];
         for (x, m) in set.iter().enumerate() {
-            let c = bank_kernel.along_c.col_as_slice(*m as usize);
-            b[x] = self.b[*m as usize] - inner(c, z);
+            let c = shrunk(bank_kernel.along_c.col_as_slice(*m as usize));
+            b[x] = self.b[*m as usize] - product(&c, z) - product(&of_set[x], &of_z);
             for (y, o) in set.iter().enumerate().take(x + 1) {
                 let both = self.gram[*m as usize].as_ref()?[*o as usize]
-                    - inner(c, bank_kernel.along_c.col_as_slice(*o as usize));
+                    - product(&c, bank_kernel.along_c.col_as_slice(*o as usize))
+                    - product(&of_set[x], &of_set[y]);
                 (g[x * k + y], g[y * k + x]) = (both, both);
             }
         }
@@ -785,10 +899,12 @@ impl Score {
         }
     }
 
-    /// What one addition, exchange or omission makes of a set, each with its value at the best t of the set; all of it is recorded.
+    /// The best that one addition, exchange or omission makes of a set, each with its value at the best t of the set; all of it is recorded.
     fn neighbours(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, Vec<(f64, Vec<u16>)>)> {
         let (integral, t) = self.integral(kernel, set)?;
-        let _again = self.expanded.insert(key(kernel, set));
+        if let Some(best) = self.expanded.get(&key(kernel, set)) {
+            return Some((integral, best.clone()));
+        }
         let remainder = self.at(kernel, t);
         let state = self.state(&remainder, set)?;
         let shift = integral - state.value;
@@ -817,6 +933,8 @@ impl Score {
             options.push((reduced.value + shift, less));
         }
         options.sort_by(|a, b| b.0.total_cmp(&a.0));
+        options.truncate(FOLLOWED);
+        let _first = self.expanded.insert(key(kernel, set), options.clone());
         Some((integral, options))
     }
 
@@ -826,7 +944,7 @@ impl Score {
         for _ in 0..10 + self.settings.most {
             let Some((integral, options)) = self.neighbours(kernel, &set) else { return set };
             // values of neighbours are those at the size of the set's remainder: the three best, and 3 in ln, allow for that
-            let better = options.into_iter().take(3).take_while(|(value, _)| *value >= integral - 3.0);
+            let better = options.into_iter().take_while(|(value, _)| *value >= integral - 3.0);
             let better = better.map(|(_, next)| next).find(|next| {
                 let same = next.len() == set.len() && next.iter().all(|j| set.contains(j));
                 !same && self.integral(kernel, next).is_some_and(|(there, _)| there > integral + 1e-6)
@@ -841,12 +959,13 @@ impl Score {
     fn spread(&mut self) {
         for _ in 0..SPREAD {
             let near = |value: f64| value > self.best - self.settings.alias;
-            let next = self.visited.iter().filter(|(key, value)| near(**value) && !self.expanded.contains(*key));
+            let next = self.visited.iter().filter(|(key, value)| near(**value) && !self.expanded.contains_key(*key));
             let Some((kernel, set)) = next.max_by(|a, b| a.1.total_cmp(b.1)).map(|(key, _)| key.clone()) else {
                 return;
             };
-            let _kept = self.expanded.insert((kernel, set.clone()));
-            let _recorded = self.neighbours(usize::from(kernel), &set);
+            if self.neighbours(usize::from(kernel), &set).is_none() {
+                let _none = self.expanded.insert((kernel, set), vec![]);
+            }
         }
     }
 
@@ -1058,12 +1177,16 @@ impl Score {
 
     /// Cosine of two columns given the model and some others, by size; zero where one of them was never in a set.
     pub fn cosine(&self, others: &[u16], a: u16, b: u16) -> f64 {
-        let rows: Option<Vec<&Vec<f64>>> =
+        let rows: Option<Vec<&Rc<[f64]>>> =
             others.iter().chain([&a]).map(|j| self.gram.get(usize::from(*j))?.as_ref()).collect();
         let Some((row, given)) = rows.as_ref().and_then(|rows| rows.split_last()) else { return 0.0 };
         let k = others.len();
-        let gram: Vec<f64> = given.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
-        let Some((inverse, _)) = invert(&gram, k) else { return 0.0 };
+        let mut last = self.given.borrow_mut();
+        if last.0 != others {
+            let gram: Vec<f64> = given.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
+            *last = (others.to_vec(), invert(&gram, k).map(|(inverse, _)| inverse));
+        }
+        let Some(inverse) = &last.1 else { return 0.0 };
         let along = |x: u16, y: u16| -> f64 {
             let pair = |i: usize, l: usize| given[i][x as usize] * inverse[i * k + l] * given[l][y as usize];
             (0..k).flat_map(|i| (0..k).map(move |l| (i, l))).map(|(i, l)| pair(i, l)).sum()
@@ -1102,9 +1225,9 @@ impl Score {
                 let like = |p: f64, j: u16| p.max(1e-300).ln() - self.odds(j, size).ln();
                 let is_plain = gain - self.odds(member, size).ln() >= PLAIN;
                 for (p, other) in sets.iter().filter(|(_, other)| other.len() == set.len()) {
-                    let extra: Vec<u16> = other.iter().filter(|j| !less.contains(j)).copied().collect();
+                    let mut extra = other.iter().filter(|j| !less.contains(j)).copied();
                     let apart = |j: u16| like(*top, member) - like(*p, j);
-                    if let [j] = extra[..]
+                    if let (Some(j), None) = (extra.next(), extra.next())
                         && j != member
                         && self.replaces(apart(j), is_plain, || self.cosine(&less, member, j))
                     {
@@ -1159,7 +1282,9 @@ impl Score {
         let each = self.values(set);
         let shift = value - ln_sum(&each);
         let _first = self.overruled.insert(set.to_vec());
-        self.visited.retain(|(_, other), _| other != set);
+        for kernel in 0..self.kernels.len() {
+            let _replaced = self.visited.remove(&key(kernel, set));
+        }
         for (kernel, at) in each.into_iter().enumerate() {
             // for a set that is judged only at its solution no remainder is known here
             let at = if shift == f64::INFINITY && kernel == 0 { value } else { at + shift };
@@ -1231,11 +1356,7 @@ impl Deviations {
     /// Variance of a combination `l` of the weighted rows: `sum_k P_k s_k^2 (l'l + t_k^2 l'K l)`.
     pub fn variance_of(&self, l: &[f64]) -> f64 {
         let white: f64 = l.iter().map(|l| l * l).sum();
-        let along = |kernel: &Kernel| -> f64 {
-            let sum = |j: usize| kernel.factor.col_as_slice(j).iter().zip(l).map(|(f, l)| f * l).sum::<f64>();
-            (0..kernel.factor.ncols()).map(|j| sum(j).powi(2)).sum()
-        };
-        let shared: Vec<f64> = self.kernels.iter().map(along).collect();
+        let shared: Vec<f64> = self.kernels.iter().map(|kernel| kernel.factor.form(l)).collect();
         let of = |d: &Deviation| d.kernel.and_then(|k| shared.get(k)).map_or(0.0, |shared| d.ratio * shared);
         self.each.iter().map(|d| d.probability * d.variance * (white + of(d))).sum()
     }
@@ -1284,7 +1405,7 @@ impl Class {
 }
 
 /// What is probable once the readings are seen.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Posterior {
     /// Sets, whatever the remainder, the most probable first.
     pub sets: Vec<(f64, Vec<u16>)>,
@@ -1297,16 +1418,24 @@ pub(crate) struct Posterior {
     pub alone: Vec<f64>,
 }
 
-fn step(state: &State, remainder: &GivenRemainder, j: usize) -> Option<(Vec<f64>, f64, f64)> {
+/// What a set's columns have of a further one, its part along each (both written), and what is left of it and of its product with the readings.
+fn step(
+    state: &State,
+    remainder: &GivenRemainder,
+    j: usize,
+    (g, h): (&mut Vec<f64>, &mut Vec<f64>),
+) -> Option<(f64, f64)> {
     let k = state.set.len();
-    let g: Vec<f64> = state.g.iter().map(|col| col[j]).collect();
-    let h: Vec<f64> = (0..k).map(|i| (0..k).map(|l| state.inverse[i * k + l] * g[l]).sum()).collect();
-    let d = remainder.d[j] - g.iter().zip(&h).map(|(a, b)| a * b).sum::<f64>();
+    g.clear();
+    g.extend(state.g.iter().map(|col| col[j]));
+    h.clear();
+    h.extend(state.inverse.chunks_exact(k.max(1)).map(|row| row.iter().zip(&*g).map(|(a, b)| a * b).sum::<f64>()));
+    let d = remainder.d[j] - g.iter().zip(&*h).map(|(a, b)| a * b).sum::<f64>();
     let bb = remainder.b[j] - g.iter().zip(&state.beta).map(|(a, b)| a * b).sum::<f64>();
-    (d > 1e-4 * remainder.d[j] && d > 1e-12).then_some((h, d, bb))
+    (d > 1e-4 * remainder.d[j] && d > 1e-12).then_some((d, bb))
 }
 
-fn extend(state: &mut State, h: Vec<f64>, d: f64, bb: f64, m: u16) {
+fn extend(state: &mut State, h: &[f64], d: f64, bb: f64, m: u16) {
     let k = state.set.len();
     let bj = bb / d;
     let mut inverse = vec![0.0; (k + 1) * (k + 1)];

@@ -107,7 +107,7 @@ fn kernel(columns: &[Vec<f64>], rows: usize) -> Option<Kernel> {
     }
     // the trace of `F F'` is the sum of its variances
     factor *= faer::Scale((rows as f64 / trace).sqrt());
-    Some(Kernel { follows: None, per_mounting: false, one_of: 1, factor, sensor: None })
+    Some(Kernel { follows: None, per_mounting: false, one_of: 1, factor: factor.into(), sensor: None })
 }
 
 /// A wave of one run: so many half waves in the run.

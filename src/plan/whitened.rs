@@ -87,6 +87,11 @@ impl Independent {
         column.iter().zip(&self.system.u).map(|(v, u)| v / u).collect()
     }
 
+    /// Are the rows independent as they are read?
+    pub fn is_apart(&self) -> bool {
+        self.whitening.is_none()
+    }
+
     /// `d x / d y` by the rows as they are read.
     pub fn sensitivities(&self, estimate: &Estimate) -> Mat<f64> {
         let Some(whitening) = &self.whitening else { return estimate.factor.sensitivities() };
