@@ -31,7 +31,7 @@ pub struct ChecksReport {
     pub follows: Vec<FollowsReport>,
     /// Shapiro-Francia test of normality; null with fewer than eight residuals.
     pub normality: Option<NormalityTest>,
-    /// Suspicious readings; null in a robust or constrained fit, and without redundancy.
+    /// Suspicious readings; null in a robust fit, and without redundancy.
     pub snooping: Option<SnoopingReport>,
     /// For each parameter, the reading whose undetected fault would do most to it.
     pub external: BTreeMap<String, ExternalReport>,
