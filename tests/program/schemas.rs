@@ -344,7 +344,7 @@ fn closed_vocabularies_are_listed() {
         assert!(listed.iter().all(|word| word["description"].is_string()), "{of}");
         listed.iter().map(|word| word["const"].as_str().expect("a word").to_string()).collect()
     };
-    assert_eq!(words("fit-report", "State"), ["free", "at-bound", "not-estimable"]);
+    assert_eq!(words("fit-report", "State"), ["free", "at-bound", "fixed", "not-estimable"]);
     assert_eq!(words("fit-report", "Kind"), ["tilt", "coefficient"]);
     assert_eq!(words("fit-report", "Evaluation"), ["A", "B"]);
     assert_eq!(words("fit-report", "Conformity"), ["pass", "undecided", "fail"]);
