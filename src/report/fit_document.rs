@@ -219,7 +219,7 @@ fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
                 Some(say!(lang, "that-of-rounding-to-its-last-digit", step = significant(*step, 1), beyond))
             }
             _ if sums.at_rounding.contains(sensor) => {
-                Some(say!(lang, "the-rounding-of-its-readings-which-show", beyond).into())
+                Some(say!(lang, "the-rounding-of-its-readings-which-show", beyond))
             }
             _ => None,
         };

@@ -2,6 +2,8 @@
 
 #[path = "../../src/diagnosis/common.rs"]
 mod common;
+#[path = "../../src/diagnosis/factor.rs"]
+mod factor;
 #[path = "../../src/diagnosis/score.rs"]
 mod score;
 #[path = "../../src/diagnosis/settings.rs"]

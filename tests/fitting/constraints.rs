@@ -260,7 +260,7 @@ fn statistics_of_residuals_are_those_on_the_face() {
         }
         assert_eq!(bounded.global_test.map(|test| test.dof), fixed.global_test.map(|test| test.dof));
         // a fault f of the last reading moves a by f/6, and b not at all
-        let last = serde_json::to_value(&fit_report(&bounded)).unwrap()["readings"][5]["external"].clone();
+        let last = serde_json::to_value(fit_report(&bounded)).unwrap()["readings"][5]["external"].clone();
         let detectable = 4.132_147_966 * sd / (5.0_f64 / 6.0).sqrt();
         assert!((last["a"].as_f64().unwrap() - detectable / 6.0).abs() < 1e-8, "{last}");
         assert!(last["b"].as_f64().unwrap().abs() < 1e-12, "{last}");
