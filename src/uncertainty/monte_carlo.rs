@@ -111,7 +111,7 @@ const TOGETHER: usize = 16;
 /// Draw `trials` and summarise them at a coverage probability; the ellipsoid is that of the outputs after the first `parameters`, or
 /// of those where fewer than two follow. `progress` hears how many trials each finished block had.
 ///
-/// Only the tails are kept that the intervals can end in ([`values_kept`]); the ellipsoid, which needs the covariance first, is found from the
+/// Only the tails are kept that the intervals can end in; the ellipsoid, which needs the covariance first, is found from the
 /// same trials drawn again. `None` if fewer than half of the trials, or fewer than 100, give finite outputs.
 pub fn monte_carlo(
     model: &Model,
@@ -171,13 +171,8 @@ pub fn monte_carlo(
 }
 
 /// The most numbers that [`monte_carlo`] holds at once: both tails of each output, and the blocks being drawn.
-///
-/// ```
-/// use tumble::uncertainty::monte_carlo::values_kept;
-/// // ten million trials of seven outputs at 95 %: less than a seventh of the values
-/// assert!(values_kept(10_000_000, 7, 0.95) < 10_000_000);
-/// ```
-pub fn values_kept(trials: usize, outputs: usize, level: f64) -> usize {
+#[cfg(feature = "cli")]
+pub(crate) fn values_kept(trials: usize, outputs: usize, level: f64) -> usize {
     let tail = tail(trials, level);
     let drawn = (TOGETHER * BLOCK).min(trials.next_multiple_of(BLOCK));
     outputs.saturating_mul(2 * (tail + slack(tail)) + drawn)
