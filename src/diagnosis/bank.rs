@@ -21,7 +21,7 @@ const PERIODS: usize = 60;
 /// Harmonics of what repeats in time, `1/k` of each: the fewest with more directions than an effect in all but name has (`least_rank`). They have 0.90 of the power of a
 /// square wave and 0.83 of a sawtooth's; two readings for a wave of the third make six a period.
 const HARMONICS: usize = 3;
-/// Waves whose share is smaller than this are left out: of their squares nothing is left beside the largest (`1e-7` there).
+/// Waves whose share of the largest is smaller than this are left out: the score drops directions below 1e-7 of the largest eigenvalue, and the square of this is a thousandth of that.
 const FADED: f64 = 1e-5;
 
 struct Row {

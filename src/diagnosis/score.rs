@@ -38,7 +38,7 @@ const EACH: usize = 6;
 const IN_EACH_OF_SEVERAL: usize = 3;
 /// Sets of each length that grow side by side where nothing but effects is there: they bound the work. A choice; with more the time grows in proportion.
 const BEAM: usize = 24;
-/// Neighbours of a set that are followed.
+/// Neighbours of a set that are followed: their values are approximate, so that the best by them need not be the best; it bounds the work.
 const FOLLOWED: usize = 3;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;

@@ -178,6 +178,7 @@ pub(super) fn allowed(campaign: &Campaign, along: &[f64]) -> (f64, f64) {
                 terms.iter().for_each(|(j, c)| own.iter_mut().skip(*j).take(1).for_each(|slot| *slot += c));
                 let Some((c, of)) = own.iter().zip(along).find(|(_, of)| of.abs() == largest) else { continue };
                 let times = c / of;
+                // to the rounding of a quotient and a product
                 let same = |(c, of): (&f64, &f64)| (c - times * of).abs() <= 1e-14 * (times * largest).abs();
                 if !(times.abs() > 0.0) || !own.iter().zip(along).all(same) {
                     continue;

@@ -109,6 +109,7 @@ fn kernels_kept_by_their_rows_are_those_of_full_columns() {
         assert!(full.0.iter().all(|odds| *odds > 3.0), "{:?}", full.0);
         let pairs = apart.0.iter().chain(&apart.1).chain(&apart.2).zip(full.0.iter().chain(&full.1).chain(&full.2));
         for (a, b) in pairs {
+            // sixty rows: the rounding of sums, and of eigenvalues of a projected matrix
             assert!((a - b).abs() < 1e-9 * b.abs().max(1.0), "{rows}: {apart:?} {full:?}");
         }
     }
