@@ -4,31 +4,51 @@
 //! joints (rad) and the numeric columns (`"mean_of": "A*cos(2*theta)"`, a Fourier sum). A criterion compares a key with a number, with a
 //! sign (`"+"`, `"-"`), or asks that the key is not there (`"none"`).
 
-use crate::algebra::Expression;
-use crate::campaign::{Campaign, Reading};
+use crate::algebra::{Expression, Scratch, Tape};
+use crate::campaign::{Campaign, JointState, Reading, Readings, Role};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Unit;
 use crate::wire::{self, Named, Source};
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
+use std::collections::BTreeMap;
 
 /// The published closed forms of one bench.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct ClosedForms {
+    bench: String,
     /// Paper and equations.
     pub source: String,
     /// The sensor of symbols that name none; the printed table is of its readings.
     pub sensor: String,
     /// How readings fall into groups that are solved apart; `None` where all are solved together.
+    #[serde(default)]
     pub group: Option<Group>,
     /// Is least squares beside them the exact estimator rather than the linear one? For formulas that solve a product of unknowns exactly.
+    #[serde(default)]
     pub exact: bool,
     /// Do the formulas take Earth rate into account (as `earth_up`, `earth_north`)? Then they are compared with least squares as it is.
-    pub with_earth_rate: bool,
+    #[serde(default)]
+    pub(super) earth_rate: EarthRate,
     /// Symbols, and what picks their readings.
-    pub(super) symbols: Vec<Symbol>,
+    readings: Named<Symbol>,
     /// Quantity and formula; a formula may use quantities before it.
-    pub formulas: Vec<(String, Expression)>,
+    #[serde(deserialize_with = "pairs")]
+    pub formulas: Vec<(String, String)>,
+    #[serde(default)]
     printed: Vec<Printed>,
+}
+
+fn pairs<'de, T: Deserialize<'de>, D: Deserializer<'de>>(from: D) -> std::result::Result<Vec<(String, T)>, D::Error> {
+    Named::deserialize(from).map(|named| named.0)
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum EarthRate {
+    #[default]
+    Ignored,
+    Included,
 }
 
 /// Readings that are solved together, for example those at one rate.
@@ -47,93 +67,80 @@ pub struct Group {
 }
 
 /// A symbol of the formulas: a mean over the readings that match.
-#[derive(Debug, Clone)]
-pub(super) struct Symbol {
-    pub name: String,
-    /// What is averaged.
-    pub mean_of: Expression,
+#[derive(Debug, Clone, Deserialize)]
+struct Symbol {
+    /// What is averaged; the sensor where nothing is said.
+    #[serde(default)]
+    mean_of: Option<String>,
     /// Which readings.
-    pub criteria: Vec<(String, Criterion)>,
+    #[serde(flatten)]
+    criteria: BTreeMap<String, Criterion>,
 }
 
 /// What a key of a reading must be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Criterion {
-    Positive,
-    Negative,
-    Absent,
+#[derive(Debug, Clone, Copy, Deserialize)]
+#[serde(untagged)]
+enum Criterion {
     Equal(f64),
+    Of(Sign),
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+enum Sign {
+    #[serde(rename = "+")]
+    Positive,
+    #[serde(rename = "-")]
+    Negative,
+    #[serde(rename = "none")]
+    Absent,
 }
 
 /// A table as printed.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Printed {
+    of: String,
     /// Title of the table.
     pub title: String,
+    unit: String,
     /// One unit of the last printed digit, in internal units.
     pub last_digit: f64,
     /// Values of each group, in internal units.
-    groups: Vec<(f64, Vec<(String, f64)>)>,
+    groups: Named<Named<f64>>,
     /// Printed means.
+    #[serde(deserialize_with = "pairs")]
     pub means: Vec<(String, f64)>,
     /// Coefficients of a row as printed.
-    pub row: Vec<(String, Expression)>,
+    #[serde(default, deserialize_with = "pairs")]
+    pub row: Vec<(String, String)>,
     /// The readings that the table belongs to.
+    #[serde(skip)]
     values: Vec<f64>,
 }
 
 impl Printed {
     /// The printed value of a quantity for a group, in internal units (radians).
     pub(crate) fn of(&self, group: f64, id: &str) -> Option<f64> {
-        let (_, values) = self.groups.iter().find(|(of, _)| *of == group)?;
-        values.iter().find(|(of, _)| of == id).map(|(_, value)| *value)
+        let (_, values) = self.groups.0.iter().find(|(of, _)| of.parse() == Ok(group))?;
+        values.get(id).copied()
     }
-}
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct File {
-    bench: String,
-    source: String,
-    sensor: String,
-    #[serde(default)]
-    group: Option<Group>,
-    #[serde(default)]
-    exact: bool,
-    #[serde(default)]
-    earth_rate: EarthRateFile,
-    readings: Named<Named<CriterionFile>>,
-    formulas: Named<String>,
-    #[serde(default)]
-    printed: Vec<PrintedFile>,
-}
-
-#[derive(Deserialize, Default)]
-#[serde(rename_all = "lowercase")]
-enum EarthRateFile {
-    #[default]
-    Ignored,
-    Included,
-}
-
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum CriterionFile {
-    Number(f64),
-    Text(String),
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct PrintedFile {
-    of: String,
-    title: String,
-    unit: String,
-    last_digit: f64,
-    groups: Named<Named<f64>>,
-    means: Named<f64>,
-    #[serde(default)]
-    row: Named<String>,
+    /// From the unit of the table to internal units, with the readings that it belongs to.
+    fn resolve(&mut self) -> Result<()> {
+        let (unit, radian) = (Unit::parse(&self.unit)?, Unit::parse("rad")?);
+        let unit = unit.conversion(&radian).map_or(1.0, |to| to.factor());
+        self.last_digit *= unit;
+        let values = self.groups.0.iter_mut().flat_map(|(_, values)| &mut values.0);
+        values.chain(&mut self.means).for_each(|(_, value)| *value *= unit);
+        if let Some((name, text)) = CAMPAIGNS.iter().find(|(name, _)| *name == self.of) {
+            let source = Source { name: (*name).into(), text: (*text).into() };
+            let campaign = wire::read_campaign(&source, &mut |other| {
+                Err(Malformed::new(Fault::File, format!("a published campaign refers to the file '{other}'")))
+            })?;
+            self.values = sorted_values(&campaign, 0);
+        }
+        Ok(())
+    }
 }
 
 /// Closed forms by bench id. A new set is a new file under `data/closed_forms` and a new line here.
@@ -171,79 +178,15 @@ pub fn closed_forms(bench: &str) -> Result<ClosedForms> {
             .expected(format!("a campaign on one of {}; a fit needs none", ids.join(", ")))
             .found(format!("'{bench}'")));
     };
-    let file: File = wire::parse(&Source { name: format!("closed forms of {id}"), text: (*text).into() })?;
-    debug_assert_eq!(file.bench, *id);
-    let symbols =
-        file.readings.0.into_iter().map(|(name, keys)| symbol(name, &file.sensor, keys)).collect::<Result<_>>()?;
-    Ok(ClosedForms {
-        source: file.source,
-        sensor: file.sensor,
-        group: file.group,
-        exact: file.exact,
-        with_earth_rate: matches!(file.earth_rate, EarthRateFile::Included),
-        symbols,
-        formulas: expressions(file.formulas)?,
-        printed: file.printed.into_iter().map(printed).collect::<Result<_>>()?,
-    })
-}
-
-fn symbol(name: String, sensor: &str, keys: Named<CriterionFile>) -> Result<Symbol> {
-    let mut mean_of = Expression::parse(sensor)?;
-    let mut criteria = Vec::new();
-    for (key, value) in keys.0 {
-        let criterion = match value {
-            CriterionFile::Number(value) => Criterion::Equal(value),
-            CriterionFile::Text(line) if key == "mean_of" => {
-                mean_of = Expression::parse(&line)?;
-                continue;
-            }
-            CriterionFile::Text(sign) if sign == "+" => Criterion::Positive,
-            CriterionFile::Text(sign) if sign == "-" => Criterion::Negative,
-            CriterionFile::Text(word) if word == "none" => Criterion::Absent,
-            CriterionFile::Text(other) => {
-                return Err(Malformed::new(Fault::Value, format!("the symbol {name} asks for an unknown {key}"))
-                    .expected("a number, \"+\", \"-\" or \"none\"")
-                    .found(format!("'{other}'")));
-            }
-        };
-        criteria.push((key, criterion));
-    }
-    Ok(Symbol { name, mean_of, criteria })
-}
-
-fn expressions(named: Named<String>) -> Result<Vec<(String, Expression)>> {
-    named.0.into_iter().map(|(id, text)| Ok((id, Expression::parse(&text)?))).collect()
-}
-
-fn printed(file: PrintedFile) -> Result<Printed> {
-    let (unit, radian) = (Unit::parse(&file.unit)?, Unit::parse("rad")?);
-    let unit = unit.conversion(&radian).map_or(1.0, |to| to.factor());
-    let scaled = |named: Named<f64>| named.0.into_iter().map(|(id, value)| (id, value * unit)).collect::<Vec<_>>();
-    let mut values = Vec::new();
-    if let Some((name, text)) = CAMPAIGNS.iter().find(|(name, _)| *name == file.of) {
-        let source = Source { name: (*name).into(), text: (*text).into() };
-        let campaign = wire::read_campaign(&source, &mut |other| {
-            Err(Malformed::new(Fault::File, format!("a published campaign refers to the file '{other}'")))
-        })?;
-        values = sorted_values(&campaign, 0);
-    }
-    Ok(Printed {
-        title: file.title,
-        last_digit: file.last_digit * unit,
-        groups: file
-            .groups
-            .0
-            .into_iter()
-            .filter_map(|(group, values)| Some((group.parse().ok()?, scaled(values))))
-            .collect(),
-        means: scaled(file.means),
-        row: expressions(file.row)?,
-        values,
-    })
+    let source = Source { name: format!("closed forms of {id}"), text: (*text).into() };
+    let mut forms: ClosedForms = wire::parse(&source)?;
+    debug_assert_eq!(forms.bench, *id);
+    forms.printed.iter_mut().try_for_each(Printed::resolve)?;
+    Ok(forms)
 }
 
 /// A numeric column at a reading; the rate of a joint is one while it turns (at rest a table may say zero or nothing).
-pub(super) fn column(campaign: &Campaign, reading: &Reading, key: &str) -> Option<f64> {
+fn column(campaign: &Campaign, reading: &Reading, key: &str) -> Option<f64> {
     let joint = key.strip_suffix("_deg_s").and_then(|name| campaign.bench.joints().position(|joint| joint == name));
     if let Some(joint) = joint {
         return reading.joints.get(joint)?.keys().1;
@@ -275,5 +218,112 @@ impl ClosedForms {
     pub(super) fn printed_for(&self, campaign: &Campaign, sensor: usize) -> Option<Printed> {
         let values = sorted_values(campaign, sensor);
         self.printed.iter().find(|printed| printed.values == values).cloned()
+    }
+}
+
+/// Every formula's value on the readings of one group, in the order of the formulas; `None` where a position that it needs was not read.
+///
+/// Formulas may use the symbols, the group's value, the known parameters, `g` (specific force at rest), `earth_north`,
+/// `earth_up` (Earth rate), in the bench's units, and the formulas before them. A quantity that the campaign knows or assumes to be zero is not computed: the formulas after it use that value.
+pub fn evaluate(
+    campaign: &Campaign,
+    forms: &ClosedForms,
+    group: Option<f64>,
+    subset: &Readings,
+) -> Result<Vec<Option<f64>>> {
+    let earth = campaign.bench.earth_rate();
+    let mut names: Vec<String> = ["g", "earth_north", "earth_up"].map(String::from).into();
+    let mut values: Vec<Option<f64>> = [campaign.bench.specific_force().norm(), earth.y, earth.z].map(Some).into();
+    if let Some(grouping) = &forms.group {
+        names.push(grouping.symbol.clone());
+        values.push(group);
+    }
+    for (name, symbol) in &forms.readings.0 {
+        names.push(name.clone());
+        values.push(mean(campaign, symbol, &forms.sensor, subset)?);
+    }
+    let mut given: Vec<&str> = Vec::new();
+    for parameter in &campaign.parameters {
+        let value = match parameter.role {
+            Role::Known(known) => known.value,
+            Role::AssumedZero => 0.0,
+            Role::Estimated { .. } => continue,
+        };
+        given.push(&parameter.id);
+        names.push(parameter.id.clone());
+        values.push(Some(value));
+    }
+    let mut results = Vec::new();
+    for (id, formula) in &forms.formulas {
+        if given.contains(&id.as_str()) {
+            results.push(None);
+            continue;
+        }
+        let formula = &Expression::parse(formula)?;
+        let borrowed: Vec<&str> = names.iter().map(String::as_str).collect();
+        let usable = formula
+            .names()
+            .iter()
+            .all(|name| names.iter().position(|n| n == name).and_then(|k| values.get(k)).is_some_and(Option::is_some));
+        let value = if usable {
+            // those that the formula uses have values, see above
+            let inputs: Vec<f64> = values.iter().map(|v| v.unwrap_or_default()).collect();
+            let value = Tape::compile(formula, &borrowed)?.value(&inputs, &mut Scratch::default());
+            value.is_finite().then_some(value)
+        } else {
+            None
+        };
+        results.push(value);
+        names.push(id.clone());
+        values.push(value);
+    }
+    Ok(results)
+}
+
+/// The mean of a symbol's line over the readings that match it; `None` where none does.
+fn mean(campaign: &Campaign, symbol: &Symbol, sensor: &str, subset: &Readings) -> Result<Option<f64>> {
+    let mean_of = Expression::parse(symbol.mean_of.as_deref().unwrap_or(sensor))?;
+    let names = mean_of.names();
+    let tape = Tape::compile(&mean_of, &names)?;
+    let mut scratch = Scratch::default();
+    let (mut sum, mut count) = (0.0, 0.0);
+    for reading in &subset.rows {
+        if !symbol.criteria.iter().all(|(key, criterion)| matches(campaign, reading, key, *criterion)) {
+            continue;
+        }
+        let inputs: Option<Vec<f64>> = names.iter().map(|name| input(campaign, reading, name)).collect();
+        if let Some(inputs) = inputs {
+            sum += tape.value(&inputs, &mut scratch);
+            count += 1.0;
+        }
+    }
+    Ok((count > 0.0).then(|| sum / count))
+}
+
+/// What a name means at a reading: a sensor's value, a held joint's angle in radians, or a numeric column.
+fn input(campaign: &Campaign, reading: &Reading, name: &str) -> Option<f64> {
+    if let Some(sensor) = campaign.bench.sensors.iter().position(|s| s.id == name) {
+        return reading.observations.iter().find(|o| o.sensor == sensor).map(|o| o.value);
+    }
+    if let Some(joint) = campaign.bench.joints().position(|joint| joint == name) {
+        return match reading.joints.get(joint)? {
+            JointState::Held { angle_deg } => Some(angle_deg.to_radians()),
+            _ => None,
+        };
+    }
+    column(campaign, reading, name)
+}
+
+fn matches(campaign: &Campaign, reading: &Reading, key: &str, criterion: Criterion) -> bool {
+    match (column(campaign, reading, key), criterion) {
+        (value, Criterion::Of(Sign::Absent)) => value.is_none(),
+        (None, _) => false,
+        (Some(value), Criterion::Of(Sign::Positive)) => value > 0.0,
+        (Some(value), Criterion::Of(Sign::Negative)) => value < 0.0,
+        (Some(value), Criterion::Equal(wanted)) => {
+            let difference = value - wanted;
+            let turn = if key.ends_with("_deg") { (difference / 360.0).round() * 360.0 } else { 0.0 };
+            (difference - turn).abs() < 1e-9
+        }
     }
 }

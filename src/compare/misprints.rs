@@ -1,7 +1,7 @@
 //! Where a printed table disagrees with what its own readings and formulas give.
 
 use super::{GroupComparison, Printed, shown_in};
-use crate::algebra::{Scratch, Tape};
+use crate::algebra::{Expression, Scratch, Tape};
 use crate::campaign::Campaign;
 use crate::fit::Fit;
 use crate::language::{Sentence, sentence};
@@ -87,7 +87,7 @@ fn whole(value: f64, last_digit: f64) -> bool {
 }
 
 /// A printed coefficient of the row against the exact derivative at the first reading.
-fn row_misprint(campaign: &Campaign, fit: &Fit, id: &str, line: &crate::algebra::Expression) -> Option<Misprint> {
+fn row_misprint(campaign: &Campaign, fit: &Fit, id: &str, line: &str) -> Option<Misprint> {
     let Some(column) = campaign.parameter_index(id) else {
         return Some(Misprint {
             what: sentence!("in-the-printed-equation", id),
@@ -97,7 +97,7 @@ fn row_misprint(campaign: &Campaign, fit: &Fit, id: &str, line: &crate::algebra:
         });
     };
     let ids: Vec<&str> = campaign.parameters.iter().map(|p| p.id.as_str()).collect();
-    let print = Tape::compile(line, &ids).ok()?.value(&fit.point, &mut Scratch::default());
+    let print = Tape::compile(&Expression::parse(line).ok()?, &ids).ok()?.value(&fit.point, &mut Scratch::default());
     let exact = if fit.design.rows.is_empty() { return None } else { fit.design.jacobian[(0, column)] };
     if (exact - print).abs() <= 1e-6 * print.abs() {
         return None;

@@ -6,12 +6,11 @@
 
 pub mod calibrations;
 mod closed_forms;
-mod formulas;
 mod misprints;
 
+use closed_forms::EarthRate;
 pub(crate) use closed_forms::{ClosedForms, Printed};
-pub use closed_forms::{Group, closed_forms};
-pub use formulas::evaluate;
+pub use closed_forms::{Group, closed_forms, evaluate};
 pub(crate) use misprints::Misprint;
 
 use crate::bench::Site;
@@ -97,7 +96,7 @@ fn compared(campaign: &Campaign, forms: &ClosedForms, settings: &Settings, fitte
             campaign.readings.rows.iter().filter(|r| inside_group(campaign, forms, r, group)).cloned().collect();
         let readings = inside.len();
         let subset = Readings { columns: campaign.readings.columns.clone(), rows: inside };
-        let closed_form = formulas::evaluate(campaign, forms, group, &subset)?;
+        let closed_form = evaluate(campaign, forms, group, &subset)?;
         let by_fit = |campaign: &Campaign| -> Result<Vec<Option<f64>>> {
             let group = Campaign { scatter: Vec::new(), ..campaign.with_readings(subset.clone()) };
             let fit = fit::fit(&group, alone)?;
@@ -107,7 +106,7 @@ fn compared(campaign: &Campaign, forms: &ClosedForms, settings: &Settings, fitte
             group,
             readings,
             closed_form,
-            like_for_like: match forms.with_earth_rate || campaign.bench.site.is_none() {
+            like_for_like: match forms.earth_rate == EarthRate::Included || campaign.bench.site.is_none() {
                 true => vec![None; quantities.len()],
                 false => by_fit(&without_earth)?,
             },
