@@ -1,7 +1,6 @@
 //! A model line bound to the parameters and inputs of a calibration.
 
-use super::calibration::{CalibratedLine, Calibration};
-use super::inputs::{LineInput, Quantity};
+use super::calibration::{CalibratedLine, Calibration, LineInput, Quantity};
 use crate::algebra::{Scratch, Tape};
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};

@@ -1,9 +1,8 @@
 //! What a fit says for correcting readings.
 
 use super::bound::direction_of;
-use super::calibration::{CalibratedLine, Calibration, Mounting, Span};
+use super::calibration::{CalibratedLine, Calibration, InputRole, Mounting, Quantity, Span};
 use super::choose::choose;
-use super::inputs::{InputRole, Quantity};
 use super::solve::Corrector;
 use super::triad::Triad;
 use crate::algebra::Expression;

@@ -1,9 +1,9 @@
-//! A calibration as a value: model lines, parameters with their covariance, and how the sensors sit.
+//! A calibration as a value: model lines with their inputs, parameters with their covariance, and how the sensors sit.
 
-use super::inputs::{self, LineInput, Quantity};
 use crate::algebra::Expression;
 use crate::bench::{ForceUnit, RateUnit};
 use crate::language::Sentence;
+use crate::vocabulary::vocabulary;
 use nalgebra::Vector3;
 
 /// What is needed to correct readings of a calibrated unit.
@@ -42,6 +42,45 @@ pub struct CalibratedLine {
     pub axes: Vec<(String, Vector3<f64>)>,
     /// `reading = model`.
     pub model: Expression,
+}
+
+vocabulary! {
+    /// What an input is.
+    #[schemars(rename = "QuantityFile")]
+    Quantity {
+        /// Angular rate.
+        Rate = "rate",
+        /// Specific force.
+        Force = "force",
+        /// A numeric column of the readings.
+        Column = "column",
+        /// The angle of a joint, in rad.
+        Angle = "angle",
+    }
+}
+
+/// How a corrected record comes by an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InputRole {
+    /// The sensors determine it.
+    Solved,
+    /// It must be given with the readings, or else counts as `fallback`.
+    Given,
+}
+
+/// An input of the model lines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineInput {
+    /// Its name in the lines, for example `w_x`.
+    pub name: String,
+    /// What it is.
+    pub quantity: Quantity,
+    /// Direction in the last frame, for rates and forces.
+    pub direction: Vector3<f64>,
+    /// Solved for, or given.
+    pub role: InputRole,
+    /// The value that is used where none is given: zero for rates and forces, the mean of the calibration's readings for columns.
+    pub fallback: f64,
 }
 
 /// How the sensors' frame is turned against the mounting face.
@@ -91,6 +130,6 @@ impl Calibration {
 
     /// The inputs that are solved for, in order.
     pub(crate) fn solved(&self) -> impl Iterator<Item = &LineInput> {
-        self.inputs.iter().filter(|input| input.role == inputs::InputRole::Solved)
+        self.inputs.iter().filter(|input| input.role == InputRole::Solved)
     }
 }

@@ -1,8 +1,7 @@
 //! Which inputs the sensors of a unit determine, and which must be given with the readings.
 
 use super::bound::{Bound, direction_of};
-use super::calibration::{CalibratedLine, Calibration};
-use super::inputs::{InputRole, LineInput, Quantity};
+use super::calibration::{CalibratedLine, Calibration, InputRole, LineInput, Quantity};
 use crate::campaign::Campaign;
 use crate::elements::Elements;
 use crate::language::sentence;

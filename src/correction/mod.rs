@@ -21,16 +21,13 @@ mod calibrated;
 mod calibration;
 mod choose;
 pub mod export;
-mod inputs;
 mod mount;
 mod solve;
 mod triad;
 mod validity;
 
-pub use calibration::Calibration;
-pub(crate) use calibration::{CalibratedLine, Mounting, Span};
-pub(crate) use inputs::LineInput;
-pub use inputs::{InputRole, Quantity};
+pub(crate) use calibration::{CalibratedLine, LineInput, Mounting, Span};
+pub use calibration::{Calibration, InputRole, Quantity};
 pub use mount::ToMount;
 pub use solve::Corrector;
 pub(crate) use validity::{Linearity, linearity};

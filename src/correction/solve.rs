@@ -4,9 +4,8 @@
     reason = "`Corrector::new` makes bias, matrix and sensitivity over its lines and solved inputs, and parts over all inputs; numbers in `which` are places of inputs"
 )]
 
-use super::Calibration;
 use super::bound::{Bound, Slot, State};
-use super::inputs::{InputRole, LineInput, Quantity};
+use super::calibration::{Calibration, InputRole, LineInput, Quantity};
 use crate::algebra::Scratch;
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};

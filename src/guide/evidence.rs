@@ -226,13 +226,9 @@ impl Rows {
             .whitening
             .as_ref()
             .map_or_else(|| 2.0 * self.sd.iter().map(|sd| sd.ln()).sum::<f64>(), Whitening::log_determinant);
-        let posterior = match further {
-            [] => Told::new(&self.slopes, &self.white_residual, &centre),
-            _ => {
-                Told::new(&self.slopes.iter().enumerate().map(with).collect::<Vec<_>>(), &self.white_residual, &centre)
-            }
-        };
-        posterior.map(|posterior| Told { log_density: posterior.log_density - 0.5 * log_volume, ..posterior })
+        let rows: Vec<Vec<f64>> = self.slopes.iter().enumerate().map(with).collect();
+        Told::new(&rows, &self.white_residual, &centre)
+            .map(|posterior| Told { log_density: posterior.log_density - 0.5 * log_volume, ..posterior })
     }
 }
 

@@ -21,16 +21,9 @@ const NAMED: f64 = 0.95;
 /// the unknowns of a table with one sensor, after which a mistake shows.
 pub(super) const BACK: usize = 12;
 
-struct Hypothesis {
-    kind: MistakeKind,
-    reading: usize,
-    what: String,
-    joints: Option<Vec<JointState>>,
-    /// Logarithm of the density of the readings, in the end over that of the readings as asked for.
-    weight: f64,
-}
-
 /// The mistakes that could explain the readings; `newest` is the one that does not agree.
+///
+/// Until all are weighed, the `probability` of an explanation is the logarithm of the density of the readings, then over that of the readings as asked for.
 pub(super) fn mistake(
     judge: Judge,
     taken: &[Reading],
@@ -38,22 +31,16 @@ pub(super) fn mistake(
     newest: usize,
     seen: Option<&Seen>,
 ) -> Result<Mistake> {
-    let mut all: Vec<Hypothesis> = Vec::new();
+    let mut all: Vec<Explanation> = Vec::new();
     let as_asked = judge.solved(taken)?.map_or(f64::NEG_INFINITY, |solved| solved.posterior.log_density);
     for j in newest.saturating_sub(BACK)..=newest {
         of_reading(judge, taken, candidates, j, &mut all)?;
         slips(judge, taken, j, &mut all)?;
     }
-    all.iter_mut().for_each(|hypothesis| hypothesis.weight -= as_asked);
-    if let Some(seen) = seen {
-        all.extend(seen.explanations().into_iter().map(|(what, weight)| Hypothesis {
-            kind: MistakeKind::MissingEffect,
-            reading: newest,
-            what,
-            joints: None,
-            weight,
-        }));
-    }
+    all.iter_mut().for_each(|explanation| explanation.probability -= as_asked);
+    let (kind, reading) = (MistakeKind::MissingEffect, newest + 1);
+    let effects = seen.into_iter().flat_map(Seen::explanations);
+    all.extend(effects.map(|(what, probability)| Explanation { kind, reading, what, probability, joints: None }));
     Ok(weighed(all, newest))
 }
 
@@ -63,7 +50,7 @@ fn of_reading(
     taken: &[Reading],
     candidates: &[Reading],
     j: usize,
-    all: &mut Vec<Hypothesis>,
+    all: &mut Vec<Explanation>,
 ) -> Result<()> {
     let campaign = judge.model;
     let Some(suspect) = taken.get(j) else { return Ok(()) };
@@ -75,9 +62,7 @@ fn of_reading(
     let point = solved.point;
     let rows = Rows::of(campaign, judge.beliefs, taken, &point, judge.noise)?;
     let mut push = |kind, what: String, joints: Option<Vec<JointState>>, density: Option<f64>| {
-        if let Some(weight) = density {
-            all.push(Hypothesis { kind, reading: j, what, joints, weight });
-        }
+        all.extend(density.map(|probability| Explanation { kind, reading: j + 1, what, probability, joints }));
     };
     for (kind, joints) in settings(campaign, suspect, candidates) {
         let names: Vec<&str> = campaign.bench.joints().collect();
@@ -124,7 +109,7 @@ fn of_reading(
 }
 
 /// A step of one tilt from this reading on.
-fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Hypothesis>) -> Result<()> {
+fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Explanation>) -> Result<()> {
     let before = taken.part(..j);
     if before.is_empty() {
         return Ok(());
@@ -136,9 +121,9 @@ fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Hypothesis>) -
         let of = |size: f64| Step { parameter, from: j, size };
         // a value near its extreme in a tilt follows it in no first derivative: the size is solved for with exact rotations
         let Some(solved) = Solved::new(judge, taken, &start.point, Some(of(largest)))? else { continue };
-        if let Some(weight) = mean_over(SLIPS_RAD, |size| solved.log_density_with(judge.beliefs, of(size))) {
-            let what = tilt.to_string();
-            all.push(Hypothesis { kind: MistakeKind::SlippedMounting, reading: j, what, joints: None, weight });
+        if let Some(probability) = mean_over(SLIPS_RAD, |size| solved.log_density_with(judge.beliefs, of(size))) {
+            let (kind, what) = (MistakeKind::SlippedMounting, tilt.to_string());
+            all.push(Explanation { kind, reading: j + 1, what, probability, joints: None });
         }
     }
     Ok(())
@@ -207,22 +192,13 @@ pub(crate) fn setting(campaign: &Campaign, joints: &[JointState]) -> String {
     campaign.bench.joints().zip(joints).map(one).collect::<Vec<_>>().join(", ")
 }
 
-fn weighed(mut all: Vec<Hypothesis>, newest: usize) -> Mistake {
-    let count = |kind: MistakeKind| all.iter().filter(|hypothesis| hypothesis.kind == kind).count().max(1) as f64;
-    let shares: Vec<f64> = all.iter().map(|hypothesis| count(hypothesis.kind).ln()).collect();
-    all.iter_mut().zip(shares).for_each(|(hypothesis, share)| hypothesis.weight -= share);
+fn weighed(mut explanations: Vec<Explanation>, newest: usize) -> Mistake {
+    let count = |kind: MistakeKind| explanations.iter().filter(|e| e.kind == kind).count().max(1) as f64;
+    let shares: Vec<f64> = explanations.iter().map(|e| count(e.kind).ln()).collect();
+    explanations.iter_mut().zip(shares).for_each(|(e, share)| e.probability -= share);
     // and that it is chance
-    let total = log_sum(all.iter().map(|hypothesis| hypothesis.weight).chain([0.0]));
-    let mut explanations: Vec<Explanation> = all
-        .into_iter()
-        .map(|hypothesis| Explanation {
-            kind: hypothesis.kind,
-            reading: hypothesis.reading + 1,
-            what: hypothesis.what,
-            probability: (hypothesis.weight - total).exp(),
-            joints: hypothesis.joints,
-        })
-        .collect();
+    let total = log_sum(explanations.iter().map(|e| e.probability).chain([0.0]));
+    explanations.iter_mut().for_each(|e| e.probability = (e.probability - total).exp());
     explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let of = |is: &dyn Fn(&Explanation) -> bool| {
         explanations.iter().filter(|e| is(e)).map(|e| e.probability).sum::<f64>() >= NAMED

@@ -6,8 +6,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `advice.rs` | what is said |
-//! | `held.rs` | what is said while a position is held |
+//! | `advice.rs` | what is said, after a reading and while a position is held |
 //! | `evidence.rs` | what is believed of the unknowns, and how probable readings are |
 //! | `mistakes.rs` | which mistake at the bench explains a reading |
 //! | `seen.rs` | what the readings would have shown, and what a position is worth |
@@ -17,17 +16,13 @@
 
 mod advice;
 mod evidence;
-mod held;
 mod mistakes;
 mod seen;
 
-pub use advice::{Advice, Explanation, Named};
+pub use advice::{Advice, Explanation, Held, Named};
 pub(crate) use advice::{
-    Agreement, Ending, Estimated, Lacks, Mistake, MistakeKind, Newest, Next, Progress, Residual, Why,
+    Agreement, Ending, Estimated, HeldMean, Holding, Lacks, Mistake, MistakeKind, Newest, Next, Progress, Residual, Why,
 };
-
-pub use held::Held;
-pub(crate) use held::{HeldMean, Holding};
 
 use crate::campaign::{Campaign, Observation, Reading, Readings, joint_keys};
 use crate::design::RowOrigin;

@@ -7,7 +7,7 @@
 
 use super::errors::{ErrorSource, ImuErrors};
 use super::linear::{STATES, Signatures, Square};
-use super::run::Scenario;
+use super::run::{NavigationError, Scenario};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::DMatrix;
 use rand_distr::{Distribution, StandardNormal};
@@ -24,15 +24,7 @@ pub struct SourceCovariance {
 }
 
 /// Standard uncertainties of the navigation errors at one instant.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct NavigationUncertainty {
-    /// `phi` about east, north, up, rad.
-    pub attitude: [f64; 3],
-    /// East, north, m/s.
-    pub velocity: [f64; 2],
-    /// East, north, m.
-    pub position: [f64; 2],
-}
+pub type NavigationUncertainty = NavigationError;
 
 /// Combine a report's parameters to error sources: `Sigma_sources = A Sigma_report A^T`.
 ///

@@ -5,7 +5,7 @@ use super::scatter::{self, ScatterReport};
 use super::{ARCSEC, Input, PositionReport, ReportKind, VERSION, checks, model_lines, position_keys};
 use crate::campaign::{Campaign, Identity, JointState, Role};
 use crate::diagnosis::{
-    self, Alias, Candidate, Change, Diagnosis, Finding, Gap, GapStep, Held, Holdout, NoiseFloor, Place, State, Suspect,
+    self, Alias, Change, Diagnosis, Finding, Gap, GapStep, Held, Holdout, NoiseFloor, Place, State, Suspect,
     Unexplained, Verdict,
 };
 use crate::fit::Fit;
@@ -123,7 +123,12 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         suspected: diagnosis.suspected.iter().map(|suspected| suspect(campaign, suspected)).collect(),
         model_before: model_lines(&diagnosis.before.campaign),
         model_after: model_lines(&after.campaign),
-        gap: gaps(campaign, diagnosis),
+        gap: GapsReport {
+            before: diagnosis.gap_before.clone(),
+            after: diagnosis.gap_after.clone(),
+            noise: diagnosis.noise,
+            sensors: sensors(campaign, diagnosis),
+        },
         places: diagnosis.places.clone(),
         scatter: if after.campaign.scatter.is_empty() { Vec::new() } else { scatter::scatter(after) },
         unexplained: diagnosis.unexplained.clone(),
@@ -136,7 +141,15 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         residuals: residuals(campaign, diagnosis),
         would_help: diagnosis.would_help.iter().map(|joints| position_keys(campaign, joints)).collect(),
         assumed_zero: diagnosis.before.assumed_zero().map(str::to_string).collect(),
-        constraints: asserted(campaign, &diagnosis.constraints),
+        constraints: {
+            let constraints = campaign.constraints.iter().zip(&diagnosis.constraints).enumerate();
+            let asserted = |(k, (constraint, held)): (usize, (_, &Held))| AssertedReport {
+                index: k + 1,
+                text: checks::constraint_text(campaign, constraint),
+                state: *held,
+            };
+            constraints.map(asserted).collect()
+        },
     }
 }
 
@@ -147,17 +160,6 @@ fn suspect(campaign: &Campaign, suspected: &Suspect) -> SuspectReport {
         sensor: sensor(campaign, suspected.effect.sensor),
         probability: suspected.probability,
     }
-}
-
-fn asserted(campaign: &Campaign, held: &[Held]) -> Vec<AssertedReport> {
-    let constraints = campaign.constraints.iter().zip(held).enumerate();
-    constraints
-        .map(|(k, (constraint, held))| AssertedReport {
-            index: k + 1,
-            text: checks::constraint_text(campaign, constraint),
-            state: *held,
-        })
-        .collect()
 }
 
 /// A missing effect.
@@ -322,17 +324,17 @@ fn in_sensors(campaign: &Campaign, finding: &Finding) -> Vec<SensorSizeReport> {
     if finding.also.is_empty() {
         return Vec::new();
     }
-    let size =
-        |effect: &Candidate, unit: &str, (value, u): (Option<f64>, Option<f64>), [t, p, probability]: [f64; 3]| {
-            let (sensor, coefficient) =
-                (sensor(campaign, effect.sensor).unwrap_or_default(), effect.coefficient.clone());
-            SensorSizeReport { sensor, coefficient, value, u, unit: unit.into(), t, p, probability }
-        };
-    let named = (finding.value, finding.u);
-    let first = size(&finding.effect, &finding.unit, named, [finding.t, finding.p, finding.probability]);
-    let others = finding.also.iter();
-    let others = others.map(|o| size(&o.effect, &o.unit, (o.value, o.u), [o.t, o.p, o.probability]));
-    std::iter::once(first).chain(others).collect()
+    let size = |own: &Finding| SensorSizeReport {
+        sensor: sensor(campaign, own.effect.sensor).unwrap_or_default(),
+        coefficient: own.effect.coefficient.clone(),
+        value: own.value,
+        u: own.u,
+        unit: own.unit.clone(),
+        t: own.t,
+        p: own.p,
+        probability: own.probability,
+    };
+    std::iter::once(finding).chain(&finding.also).map(size).collect()
 }
 
 /// The name of a sensor; none for what is common to all.
@@ -429,15 +431,6 @@ pub struct ResidualReport {
     pub after: f64,
     /// Standard deviation of the reading by the noise floor, in the sensor's unit; null where it is unknown.
     pub sd: Option<f64>,
-}
-
-fn gaps(campaign: &Campaign, diagnosis: &Diagnosis) -> GapsReport {
-    GapsReport {
-        before: diagnosis.gap_before.clone(),
-        after: diagnosis.gap_after.clone(),
-        noise: diagnosis.noise,
-        sensors: sensors(campaign, diagnosis),
-    }
 }
 
 /// Is there a noise floor? Without a degree of freedom, and no stated uncertainty, there is none.
