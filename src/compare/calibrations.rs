@@ -152,16 +152,14 @@ pub struct Changes {
 /// assert!((found.changes[0].u.unwrap() - 32f64.sqrt()).abs() < 1e-12);
 /// ```
 pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -> Changes {
-    let pairs: Vec<(usize, usize)> = a
-        .quantities
-        .iter()
-        .enumerate()
-        .filter_map(|(i, q)| Some((i, b.quantities.iter().position(|other| other.id == q.id && other.unit == q.unit)?)))
-        .collect();
+    let mut pairs: Vec<Pair<'_>> = Vec::new();
+    for p in a.quantities.iter().enumerate() {
+        let same = |(_, q): &(usize, &Quantity)| q.id == p.1.id && q.unit == p.1.unit;
+        pairs.extend(b.quantities.iter().enumerate().find(same).map(|q| (p, q)));
+    }
     let mut names: Vec<String> = Vec::new();
     let mut changes = Vec::with_capacity(pairs.len());
-    for (i, j) in &pairs {
-        let (Some(before), Some(after)) = (a.quantities.get(*i), b.quantities.get(*j)) else { continue };
+    for ((_, before), (_, after)) in pairs.iter().copied() {
         for (input, _) in shared_inputs(before, after).filter(|_| shared) {
             if !names.contains(&input.id) {
                 names.push(input.id.clone());
@@ -192,10 +190,13 @@ pub fn changes(a: &Determination, b: &Determination, level: f64, shared: bool) -
         changes,
         shared: names,
         together: together(a, b, &pairs, shared, level),
-        only_before: only(a, &|k| pairs.iter().any(|(i, _)| *i == k)),
-        only_after: only(b, &|k| pairs.iter().any(|(_, j)| *j == k)),
+        only_before: only(a, &|k| pairs.iter().any(|((i, _), _)| *i == k)),
+        only_after: only(b, &|k| pairs.iter().any(|(_, (j, _))| *j == k)),
     }
 }
+
+/// A quantity of one calibration, with its place there, and the same one of the other.
+type Pair<'a> = ((usize, &'a Quantity), (usize, &'a Quantity));
 
 /// Inputs that both quantities follow and that are one and the same.
 fn shared_inputs<'a>(a: &'a Quantity, b: &'a Quantity) -> impl Iterator<Item = (&'a InputShare, &'a InputShare)> {
@@ -268,39 +269,24 @@ fn holm(changes: &mut [Change], alpha: f64) {
     }
 }
 
-fn together(
-    a: &Determination,
-    b: &Determination,
-    pairs: &[(usize, usize)],
-    shared: bool,
-    level: f64,
-) -> Option<Together> {
+fn together(a: &Determination, b: &Determination, pairs: &[Pair<'_>], shared: bool, level: f64) -> Option<Together> {
     // derived quantities depend on the parameters: only those whose covariance is known take part
     let known = |d: &Determination, k: usize| d.covariance.get((k, k)).is_some_and(|variance| variance.is_finite());
-    let pairs: Vec<(usize, usize)> = pairs.iter().copied().filter(|(i, j)| known(a, *i) && known(b, *j)).collect();
+    let known = |((i, _), (j, _)): &Pair<'_>| known(a, *i) && known(b, *j);
+    let pairs: Vec<Pair<'_>> = pairs.iter().copied().filter(known).collect();
     let n = pairs.len();
-    let of = |k: usize| Some((a.quantities.get(pairs.get(k)?.0)?, b.quantities.get(pairs.get(k)?.1)?));
     if n == 0 {
         return None;
     }
     let covariance = |x: usize, y: usize| {
-        let ((ax, bx), (ay, by)) = (pairs.get(x)?, pairs.get(y)?);
-        Some(a.covariance.get((*ax, *ay))? + b.covariance.get((*bx, *by))?)
+        let (((i, before), (j, after)), ((k, before_too), (l, after_too))) = (*pairs.get(x)?, *pairs.get(y)?);
+        let independent = a.covariance.get((i, k))? + b.covariance.get((j, l))?;
+        let common = || common(before, after_too, a, b) + common(before_too, after, a, b);
+        Some(if shared { independent - common() } else { independent })
     };
     // not a number, and so no test, where a covariance is none
-    // a covariance that is not told: not comparable
-    let mut c = DMatrix::from_fn(n, n, |x, y| covariance(x, y).unwrap_or(f64::NAN));
-    if shared {
-        for x in 0..n {
-            for y in 0..n {
-                let ((ax, bx), (ay, by)) = (of(x)?, of(y)?);
-                if let Some(c) = c.get_mut((x, y)) {
-                    *c -= common(ax, by, a, b) + common(ay, bx, a, b);
-                }
-            }
-        }
-    }
-    let d: Vec<f64> = (0..n).filter_map(|k| of(k).map(|(a, b)| b.value - a.value)).collect();
+    let c = DMatrix::from_fn(n, n, |x, y| covariance(x, y).unwrap_or(f64::NAN));
+    let d: Vec<f64> = pairs.iter().map(|((_, before), (_, after))| after.value - before.value).collect();
     let scale: Vec<f64> = c.diagonal().iter().map(|c| c.sqrt()).collect();
     if scale.iter().any(|s| !(*s > 0.0)) {
         return None;
@@ -310,7 +296,7 @@ fn together(
     let z = DVector::from_iterator(n, d.iter().zip(&scale).map(|(d, scale)| d / scale));
     let statistic = z.dot(&r.cholesky()?.solve(&z));
     let dofs: Vec<f64> =
-        (0..n).filter_map(of).flat_map(|(a, b)| [a.dof, b.dof]).filter(|dof| dof.is_finite() && *dof > 0.0).collect();
+        pairs.iter().flat_map(|((_, a), (_, b))| [a.dof, b.dof]).filter(|dof| dof.is_finite() && *dof > 0.0).collect();
     // the scatter behind the difference has at least the degrees of freedom of the poorer half
     let scatter_dof = dofs.iter().copied().fold(f64::INFINITY, f64::min);
     let p = if scatter_dof.is_finite() {

@@ -315,7 +315,7 @@ pub(super) fn furthest(a: &Reading, b: &Reading) -> f64 {
 }
 
 /// Lists of what has the same key, in the order in which the keys first occur.
-pub(super) fn grouped<T, K: std::hash::Hash + Eq>(keyed: impl IntoIterator<Item = (T, K)>) -> Vec<Vec<T>> {
+pub(crate) fn grouped<T, K: std::hash::Hash + Eq>(keyed: impl IntoIterator<Item = (T, K)>) -> Vec<Vec<T>> {
     let mut groups: Vec<Vec<T>> = Vec::new();
     let mut known: std::collections::HashMap<K, usize> = std::collections::HashMap::new();
     for (item, key) in keyed {

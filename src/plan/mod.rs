@@ -68,7 +68,7 @@ pub use criterion::Criterion;
 pub(crate) use discriminate::{DiscriminatingPosition, Separated, separate};
 pub use discriminate::{discriminate, discriminating_positions};
 pub use effort::{Costs, Noise, Offer, planned, positions_only};
-pub(crate) use effort::{NoiseSource, SensorNoise, Work, mounting, mountings};
+pub(crate) use effort::{NoiseSource, SensorNoise, Work, grouped, mounting, mountings};
 pub use extended::extended;
 pub use goal::{Goal, reach};
 pub(crate) use goal::{GoalOutcome, Reached};

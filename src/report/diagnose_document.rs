@@ -11,6 +11,7 @@ use crate::document::chart::{Chart, GapPanel, GapPoint};
 use crate::document::number::{level, percent, rounded, significant, trimmed};
 use crate::document::{Align, Cell, Content, Detail, Document, Figure, MarkedLine, Rows, Section, Tone};
 use crate::language::{Language, say};
+use crate::plan::grouped;
 
 /// More aliases, levels, positions and steps than this are not listed; the JSON report has all.
 const LISTED: usize = 24;
@@ -409,32 +410,42 @@ fn sound(report: &DiagnoseReport) -> Tone {
 
 /// The verdict in one sentence, without a full stop.
 fn verdict(report: &DiagnoseReport, lang: Language) -> String {
-    let known = report.gap.noise.from != NoiseFrom::Residuals;
     let line_estimated = report.scatter.iter().any(|s| s.estimated && !s.source.starts_with("readings of "));
     let n = report.effects.len();
     let names = report.effects.iter().map(|effect| with_others(report, effect, lang)).collect::<Vec<_>>();
     let names = names.join(lang.semicolon());
+    let noise = match report.gap.noise.from {
+        _ if line_estimated => "scatter",
+        NoiseFrom::Residuals => "residuals",
+        _ => "known",
+    };
+    if let Some(p) = contradicting(report).filter(|_| noise == "known") {
+        return say!(lang, "nothing-is-probable", p = significant(p, 2));
+    }
+    let found = say!(lang, "effects-are-missing", n, names);
     let suspected = suspected(&report.suspected, report.model_before.len() > 1, lang);
-    let more = exceeds(&report.gap.after);
-    match report.verdict {
-        Verdict::EffectsFound if report.suspected.is_empty() => say!(lang, "effects-are-missing", n, names),
-        Verdict::EffectsFound | Verdict::PartlyExplained if !report.suspected.is_empty() => {
-            let found = say!(lang, "effects-are-missing", n, names);
+    said(report.verdict, (found, suspected), exceeds(&report.gap.after), noise, "campaign", lang)
+}
+
+/// A verdict in one sentence: with what was found and is suspected (empty for nothing), whether the residuals are more than noise, and what of.
+pub fn said(
+    verdict: Verdict,
+    (found, suspected): (String, String),
+    more: bool,
+    noise: &'static str,
+    of: &'static str,
+    lang: Language,
+) -> String {
+    match verdict {
+        Verdict::EffectsFound | Verdict::PartlyExplained if !suspected.is_empty() => {
             say!(lang, "and-further-effects-are-suspected", found, suspected)
         }
-        Verdict::EffectsFound | Verdict::PartlyExplained => {
-            let found = say!(lang, "effects-are-missing", n, names);
-            say!(lang, "what-remains-is-more-than-noise", found, more)
-        }
-        Verdict::Unexplained if !report.suspected.is_empty() => say!(lang, "effects-are-suspected", more, suspected),
-        Verdict::NothingMissing if line_estimated => say!(lang, "nothing-is-missing", noise = "scatter"),
-        Verdict::NothingMissing if known => match contradicting(report) {
-            Some(p) => say!(lang, "nothing-is-probable", p = significant(p, 2)),
-            None => say!(lang, "nothing-is-missing", noise = "known"),
-        },
-        Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise = "residuals"),
+        Verdict::EffectsFound => found,
+        Verdict::PartlyExplained => say!(lang, "what-remains-is-more-than-noise", found, more),
+        Verdict::NothingMissing => say!(lang, "nothing-is-missing", noise),
+        Verdict::Unexplained if !suspected.is_empty() => say!(lang, "effects-are-suspected", more, suspected),
         Verdict::Unexplained => say!(lang, "unexplained", more),
-        Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "campaign"),
+        Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of),
     }
 }
 
@@ -454,15 +465,7 @@ fn in_sensors(name: String, several: bool, mut sensors: Vec<&str>, lang: Languag
 
 /// The effects that are suspected, each with its probability; those of several sensors together.
 pub fn suspected(suspected: &[SuspectReport], several: bool, lang: Language) -> String {
-    let mut groups: Vec<Vec<&SuspectReport>> = Vec::new();
-    for suspect in suspected {
-        let same =
-            |group: &&mut Vec<&SuspectReport>| group.first().is_some_and(|first| first.regressor == suspect.regressor);
-        match groups.iter_mut().find(same) {
-            Some(group) => group.push(suspect),
-            None => groups.push(vec![suspect]),
-        }
-    }
+    let groups = grouped(suspected.iter().map(|suspect| (suspect, &suspect.regressor)));
     let suspected = |group: &Vec<&SuspectReport>| {
         let first = group.first()?;
         let name = say!(lang, "effect-named", name = lang.name(&first.name), regressor = first.regressor);
@@ -787,17 +790,10 @@ fn panel(
 
 /// Levels with their labels: numbers from small to large, labels as they come.
 fn ordered(grouping: &Grouping) -> Vec<(usize, String)> {
-    let mut levels: Vec<(usize, Option<f64>, String)> = grouping
-        .levels
-        .iter()
-        .enumerate()
-        .map(|(k, level)| match level {
-            Level::Number(v) => (k, Some(*v), trimmed(*v)),
-            Level::Text(text) => (k, None, text.clone()),
-        })
-        .collect();
-    levels.sort_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)));
-    levels.into_iter().map(|(k, _, label)| (k, label)).collect()
+    let size = |level: &Level| if let Level::Number(v) = level { *v } else { 0.0 };
+    let mut levels: Vec<(usize, &Level)> = grouping.levels.iter().enumerate().collect();
+    levels.sort_by(|a, b| size(a.1).total_cmp(&size(b.1)));
+    levels.into_iter().map(|(k, level)| (k, level_said(level))).collect()
 }
 
 /// A factor: a column of the campaign in code type, anything else in words.

@@ -22,6 +22,7 @@ use crate::navigate::remainder::ChannelGap;
 use crate::navigate::separate::DiscriminatingMotion;
 use crate::navigate::settings::Settings;
 use crate::navigate::study;
+use crate::plan;
 use crate::wire::MotionFile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -322,34 +323,15 @@ fn result(report: &NavigateDiagnoseReport, of: Option<&NavigationDiagnosis>, lan
 /// The verdict as a sentence, without a full stop.
 fn sentence(report: &NavigateDiagnoseReport, lang: Language) -> String {
     let suspected = words::suspected(&report.suspected, false, lang);
-    match report.verdict {
-        Verdict::EffectsFound | Verdict::PartlyExplained if !report.suspected.is_empty() => {
-            say!(lang, "and-further-effects-are-suspected", found = found(report, lang), suspected)
-        }
-        Verdict::EffectsFound => found(report, lang),
-        Verdict::PartlyExplained => {
-            say!(lang, "what-remains-is-more-than-noise", found = found(report, lang), more = true)
-        }
-        Verdict::NothingMissing => {
-            let is_known = report.gap.noise.from != NoiseFrom::Residuals;
-            say!(lang, "nothing-is-missing", noise = if is_known { "known" } else { "residuals" })
-        }
-        Verdict::Unexplained if !report.suspected.is_empty() => {
-            say!(lang, "effects-are-suspected", more = words::exceeds(&report.gap.after), suspected)
-        }
-        Verdict::Unexplained => say!(lang, "unexplained", more = true),
-        Verdict::NotDiagnosable => say!(lang, "not-diagnosable", of = "mission"),
-    }
-}
-
-/// What was found: how much, and its names.
-fn found(report: &NavigateDiagnoseReport, lang: Language) -> String {
+    let more = report.suspected.is_empty() || words::exceeds(&report.gap.after);
+    let noise = if report.gap.noise.from == NoiseFrom::Residuals { "residuals" } else { "known" };
     let name = |effect: &NavigationEffectReport| {
         say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor)
     };
     let names: Vec<String> = report.effects.iter().map(name).collect();
     let names = lang.first_of(&names, LISTED, lang.semicolon());
-    say!(lang, "effects-are-missing", n = report.effects.len(), names)
+    let found = say!(lang, "effects-are-missing", n = report.effects.len(), names);
+    words::said(report.verdict, (found, suspected), more, noise, "mission", lang)
 }
 
 /// The gap as given and after each cause.
@@ -484,14 +466,12 @@ fn origin(report: &NavigateDiagnoseReport, mission: Option<&Mission>, lang: Lang
 
 /// Error sources by group: `gyro_bias (x, y)`.
 fn grouped(ids: &[String]) -> Vec<String> {
-    let mut groups: Vec<(&str, Vec<&str>)> = Vec::new();
-    for (group, axes) in ids.iter().filter_map(|id| id.rsplit_once('_')) {
-        match groups.iter_mut().find(|(name, _)| *name == group) {
-            Some((_, list)) => list.push(axes),
-            None => groups.push((group, vec![axes])),
-        }
-    }
-    groups.into_iter().map(|(group, axes)| format!("`{group}` ({})", axes.join(", "))).collect()
+    let parts = ids.iter().filter_map(|id| id.rsplit_once('_'));
+    let said = |group: Vec<(&str, &str)>| {
+        let axes: Vec<&str> = group.iter().map(|(_, axis)| *axis).collect();
+        Some(format!("`{}` ({})", group.first()?.0, axes.join(", ")))
+    };
+    plan::grouped(parts.map(|(group, axis)| ((group, axis), group))).into_iter().filter_map(said).collect()
 }
 
 /// The gap in time, before and with what was found, in the channel where it is largest against its standard uncertainty; `None` where nothing was
