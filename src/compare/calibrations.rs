@@ -317,7 +317,7 @@ pub struct Trend {
     pub unit: String,
     /// Day, value and standard uncertainty of each calibration that has them, by day.
     pub points: Vec<(f64, f64, Option<f64>)>,
-    /// Value at the mean day, slope per day, and their standard uncertainties; `None` with fewer than three different days.
+    /// Value at the mean day, slope per day and its standard uncertainty; `None` with fewer than three different days.
     pub line: Option<TrendLine>,
 }
 
@@ -328,26 +328,17 @@ pub struct TrendLine {
     pub day: f64,
     /// Value there.
     pub value: f64,
-    /// Its standard uncertainty.
-    pub value_u: f64,
     /// Slope per day.
     pub slope: f64,
     /// Its standard uncertainty.
     pub slope_u: f64,
-    /// Degrees of freedom of both: points less two.
-    pub dof: f64,
-    /// Birge ratio of the points about the line; both uncertainties are multiplied by it where it is above 1.
+    /// Birge ratio of the points about the line; the slope's uncertainty is multiplied by it where it is above 1.
     pub birge: f64,
     /// Is the slope significant at the level?
     pub significant: bool,
 }
 
 impl TrendLine {
-    /// Value on the line.
-    pub fn at(&self, day: f64) -> f64 {
-        self.value + self.slope * (day - self.day)
-    }
-
     /// The day on which the line leaves these limits, also one that is past; `None` where the slope is not significant.
     pub(crate) fn leaves(&self, limits: (f64, f64)) -> Option<f64> {
         if !self.significant || self.slope == 0.0 {
@@ -403,12 +394,12 @@ fn straight(points: &[(f64, f64, Option<f64>)], level: f64) -> Option<TrendLine>
     let square: f64 = points.iter().map(|p| weight(p.2) * (p.1 - value - slope * (p.0 - day)).powi(2)).sum();
     let birge = (square / dof).sqrt();
     let factor = if stated { birge.max(1.0) } else { birge };
-    let (value_u, slope_u) = (factor / total.sqrt(), factor / spread.sqrt());
+    let slope_u = factor / spread.sqrt();
     // where the stated uncertainties hold they are known; where the scatter had to widen them it was estimated
     let judged_dof = if stated && birge <= 1.0 { f64::INFINITY } else { dof };
     let k = coverage_factor(level, judged_dof)?;
     let significant = slope.abs() > k * slope_u && slope_u > 0.0;
-    Some(TrendLine { day, value, value_u, slope, slope_u, dof, birge: if stated { birge } else { 1.0 }, significant })
+    Some(TrendLine { day, value, slope, slope_u, birge: if stated { birge } else { 1.0 }, significant })
 }
 
 /// Days from 1970-01-01 to a date `YYYY-MM-DD` (proleptic Gregorian calendar); `None` for what is no such date.

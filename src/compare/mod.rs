@@ -87,13 +87,14 @@ fn compared(campaign: &Campaign, forms: &ClosedForms, settings: &Settings, fitte
     };
     // the formulas know nothing of what scatters beyond the readings, and one group hardly shows its variance
     let alone = &Settings { remount: Remount::No, ..*settings };
-    let without_earth = without_earth_rate(campaign);
+    let mut without_earth = campaign.clone();
+    without_earth.bench.site = campaign.bench.site.map(|site| Site { earth_rate_deg_h: 0.0, ..site });
     let quantities: Vec<String> = forms.formulas.iter().map(|(id, _)| id.clone()).collect();
     let printed = forms.printed_for(campaign, sensor);
     let mut groups = Vec::new();
     for group in group_values(campaign, forms)? {
-        let inside: Vec<Reading> =
-            campaign.readings.rows.iter().filter(|r| inside_group(campaign, forms, r, group)).cloned().collect();
+        let inside = |row: &&Reading| forms.group.as_ref().is_none_or(|by| by.of(campaign, row) == group);
+        let inside: Vec<Reading> = campaign.readings.rows.iter().filter(inside).cloned().collect();
         let readings = inside.len();
         let subset = Readings { columns: campaign.readings.columns.clone(), rows: inside };
         let closed_form = evaluate(campaign, forms, group, &subset)?;
@@ -147,16 +148,6 @@ pub(crate) fn shown_in(fit: &Fit, id: &str) -> (f64, String) {
 pub(crate) fn value_of(fit: &Fit, id: &str) -> Option<f64> {
     let parameter = fit.parameters.iter().find(|p| p.id == id).and_then(|p| p.value);
     parameter.or_else(|| fit.derived.iter().find(|d| d.id == id).and_then(|d| d.value))
-}
-
-fn without_earth_rate(campaign: &Campaign) -> Campaign {
-    let mut other = campaign.clone();
-    other.bench.site = campaign.bench.site.map(|site| Site { earth_rate_deg_h: 0.0, ..site });
-    other
-}
-
-fn inside_group(campaign: &Campaign, forms: &ClosedForms, reading: &Reading, value: Option<f64>) -> bool {
-    forms.group.as_ref().is_none_or(|group| group.of(campaign, reading) == value)
 }
 
 /// The groups that the readings fall into, ascending; one without a value where all are solved together.

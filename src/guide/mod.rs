@@ -131,23 +131,19 @@ impl Guide {
                 .at_path("estimate"));
         }
         settings.costs.check()?;
+        let positive = |value: f64, fault: String| match value > 0.0 && value.is_finite() {
+            true => Ok(()),
+            false => Err(Malformed::new(Fault::Value, fault).expected("a positive number").found(value.to_string())),
+        };
         for goal in &settings.goals {
             let known = campaign.estimated().iter().map(|q| &q.id).chain(campaign.derived.iter().map(|q| &q.id));
             if !known.clone().any(|id| *id == goal.id) {
                 let what = format!("the goal names '{}', which is not estimated", goal.id);
                 return Err(Malformed::unknown(what, &goal.id, known));
             }
-            if !(goal.u > 0.0 && goal.u.is_finite()) {
-                return Err(Malformed::new(Fault::Value, format!("the goal for {} is not an uncertainty", goal.id))
-                    .expected("a positive number")
-                    .found(goal.u.to_string()));
-            }
+            positive(goal.u, format!("the goal for {} is not an uncertainty", goal.id))?;
         }
-        if !(settings.tilts > 0.0 && settings.tilts.is_finite()) {
-            return Err(Malformed::new(Fault::Value, "the assumed size of the tilts is not a standard deviation")
-                .expected("a positive number")
-                .found(settings.tilts.to_string()));
-        }
+        positive(settings.tilts, "the assumed size of the tilts is not a standard deviation".into())?;
         let noise = Noise::new(campaign, &settings.noise, &[])?;
         let mut distinct: Vec<Reading> = Vec::new();
         for row in &candidates.rows {

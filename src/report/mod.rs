@@ -22,7 +22,6 @@
 //! | `separation.rs` | what is not estimable, and what would separate it |
 //! | `scene.rs`, `sheet.rs` | a bench as a picture; a run sheet |
 //! | `provenance.rs` | files that a report was made from, and how a document says so |
-//! | `series.rs` | a mission over time as CSV or Parquet |
 //! | `shown.rs` | answers and reports as text (`Display`) |
 //! | `dcc/` | the digital calibration certificate |
 //!

@@ -344,18 +344,12 @@ fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
 
 /// Values in order, four and more of one in a row as `40 × 4`.
 fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
-    let mut runs: Vec<(f64, usize)> = Vec::new();
-    for value in values {
-        match runs.last_mut() {
-            Some((known, count)) if known == value => *count += 1,
-            _ => runs.push((*value, 1)),
-        }
-    }
-    let text = |(value, count): (f64, usize)| match count {
-        1..=3 => vec![value.to_string(); count].join(", "),
-        _ => format!("{value}\u{a0}\u{d7}\u{a0}{count}"),
+    let values: Vec<f64> = values.copied().collect();
+    let text = |run: &[f64]| match (run.first()?, run.len()) {
+        (value, count @ 1..=3) => Some(vec![value.to_string(); count].join(", ")),
+        (value, count) => Some(format!("{value}\u{a0}\u{d7}\u{a0}{count}")),
     };
-    runs.into_iter().map(text).collect::<Vec<_>>().join(", ")
+    values.chunk_by(|a, b| a == b).filter_map(text).collect::<Vec<_>>().join(", ")
 }
 
 /// How good the choice is proven to be.
