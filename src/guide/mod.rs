@@ -190,11 +190,8 @@ impl Guide {
 
     /// The ordinary campaign of the readings that stand.
     pub fn campaign(&self) -> Campaign {
-        self.of(&self.campaign)
-    }
-
-    fn of(&self, campaign: &Campaign) -> Campaign {
-        campaign.with_readings(Readings { columns: campaign.readings.columns.clone(), rows: self.taken.clone() })
+        let columns = self.campaign.readings.columns.clone();
+        self.campaign.with_readings(Readings { columns, rows: self.taken.clone() })
     }
 
     /// The next reading. A position that is set again after another one is a mounting of its own, and gets a label of its own; a value without

@@ -65,24 +65,17 @@ pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determ
             inputs: shown.budget.iter().filter_map(|source| known(source, shown.scale)).collect(),
         })
     };
-    let all: Vec<(usize, Shown<'_>)> = report.quantities().enumerate().filter(|(_, s)| s.value.is_some()).collect();
-    // derived quantities come after the parameters, and have no covariance
-    let places: Vec<(Option<usize>, f64)> = all
-        .iter()
-        .map(|(k, shown)| {
-            let parameter = report.parameters.get(*k);
-            let place = parameter.and_then(|p| report.covariance.order.iter().position(|id| *id == p.id));
-            (place, shown.scale)
-        })
-        .collect();
+    let all: Vec<Shown<'_>> = report.quantities().filter(|shown| shown.value.is_some()).collect();
+    // derived quantities have no covariance, and none has the name of a parameter
+    let place = |shown: &Shown<'_>| report.covariance.order.iter().position(|id| id == shown.id);
     let element = |i: usize, j: usize| {
-        let ((row, a), (column, b)) = (places.get(i)?, places.get(j)?);
-        let value = (*report.covariance.matrix.get((*row)?)?.get((*column)?)?)?;
-        Some(value * a * b)
+        let (a, b) = (all.get(i)?, all.get(j)?);
+        let value = (*report.covariance.matrix.get(place(a)?)?.get(place(b)?)?)?;
+        Some(value * a.scale * b.scale)
     };
     let n = all.len();
     let covariance = DMatrix::from_fn(n, n, |i, j| element(i, j).unwrap_or(f64::NAN));
-    let quantities = all.iter().filter_map(|(_, shown)| quantity(shown)).collect();
+    let quantities = all.iter().filter_map(quantity).collect();
     Determination { name: name.into(), day, quantities, covariance, correlations: report.correlations.clone() }
 }
 

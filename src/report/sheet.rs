@@ -3,7 +3,7 @@
 
 use super::provenance::begin;
 use super::scene::scene_figure;
-use super::separation::position_keys;
+use super::separation::{PositionReport, position_keys};
 use crate::campaign::{Campaign, Reading};
 use crate::document::number::trimmed;
 use crate::document::{Document, Rows, Section};
@@ -13,57 +13,33 @@ use crate::plan::{Costs, mountings};
 /// More mountings than this are not drawn: two stand side by side, so these are ten printed pages.
 const DRAWN: usize = 60;
 
-/// What a table of readings has: columns of joints, of other inputs and of numbers of samples, one row a reading.
-struct Columns {
-    joints: Vec<String>,
-    inputs: Vec<usize>,
-    /// Is a reading the mean of several samples?
-    averaged: bool,
-}
-
-impl Columns {
-    fn of(schedule: &Campaign) -> Self {
-        let rows = &schedule.readings.rows;
-        let mut joints = Vec::new();
-        for name in schedule.bench.joints() {
-            for suffix in ["_deg", "_deg_s", "_turns"] {
-                let key = format!("{name}{suffix}");
-                if rows.iter().any(|row| position_keys(schedule, &row.joints).contains_key(&key)) {
-                    joints.push(key);
-                }
-            }
-        }
-        let columns = schedule.readings.columns.iter().enumerate();
-        let inputs = columns.filter(|(_, name)| !joints.contains(*name)).map(|(k, _)| k).collect();
-        Columns { joints, inputs, averaged: rows.iter().any(|row| row.samples != 1.0) }
-    }
-
-    fn titles(&self, schedule: &Campaign) -> Vec<String> {
-        let inputs = self.inputs.iter().filter_map(|k| schedule.readings.columns.get(*k));
-        let samples = self.averaged.then(|| "n".to_string());
-        self.joints.iter().chain(inputs).cloned().chain(samples).collect()
-    }
-
-    fn cells(&self, schedule: &Campaign, row: &Reading) -> Vec<String> {
-        let keys = position_keys(schedule, &row.joints);
-        let joints = self.joints.iter().map(|key| keys.get(key).copied());
-        let inputs = self.inputs.iter().map(|k| row.columns.get(*k).copied().flatten());
-        let samples = self.averaged.then_some(Some(row.samples));
-        joints
-            .chain(inputs)
-            .chain(samples)
-            .map(|value| value.map(|value| value.to_string()).unwrap_or_default())
-            .collect()
-    }
+/// The columns of joints, of other inputs and of numbers of samples, each with its title and a cell for each reading.
+fn columns(schedule: &Campaign) -> Vec<(String, Vec<String>)> {
+    let rows = &schedule.readings.rows;
+    let said = |value: Option<f64>| value.map(|value| value.to_string()).unwrap_or_default();
+    let keys: Vec<PositionReport> = rows.iter().map(|row| position_keys(schedule, &row.joints)).collect();
+    let joints =
+        schedule.bench.joints().flat_map(|name| ["_deg", "_deg_s", "_turns"].map(|key| format!("{name}{key}")));
+    let joints: Vec<String> = joints.filter(|key| keys.iter().any(|keys| keys.contains_key(key))).collect();
+    let inputs = schedule.readings.columns.iter().enumerate().filter(|(_, name)| !joints.contains(*name));
+    let inputs = inputs.map(|(k, name)| {
+        let cells = rows.iter().map(|row| said(row.columns.get(k).copied().flatten()));
+        (name.clone(), cells.collect())
+    });
+    // is a reading the mean of several samples?
+    let averaged = rows.iter().any(|row| row.samples != 1.0);
+    let samples = averaged.then(|| ("n".to_string(), rows.iter().map(|row| row.samples.to_string()).collect()));
+    let of_joint = |key: &String| (key.clone(), keys.iter().map(|keys| said(keys.get(key).copied())).collect());
+    joints.iter().map(of_joint).chain(inputs).chain(samples).collect()
 }
 
 /// The schedule as CSV: one row a reading in the order to run, an empty column for each sensor (with its value where it is read already). Filled in,
 /// it is a table of readings (`"readings": "sheet.csv"`, or `--readings`).
 pub fn sheet_csv(schedule: &Campaign) -> String {
-    let columns = Columns::of(schedule);
+    let columns = columns(schedule);
     let labelled = schedule.readings.rows.iter().any(|row| !row.position.is_empty());
     let mut titles = if labelled { vec!["position".to_string()] } else { Vec::new() };
-    titles.extend(columns.titles(schedule));
+    titles.extend(columns.iter().map(|(title, _)| title.clone()));
     // uncertainties stand beside the values
     let u_of =
         |row: &Reading, sensor: usize| row.unread().planned_u.into_iter().find(|(k, _)| *k == sensor).map(|(_, u)| u);
@@ -75,9 +51,9 @@ pub fn sheet_csv(schedule: &Campaign) -> String {
     }
     let mut table = csv::Writer::from_writer(Vec::new());
     let mut whole = table.write_record(&titles).is_ok();
-    for row in &schedule.readings.rows {
+    for (k, row) in schedule.readings.rows.iter().enumerate() {
         let mut cells = if labelled { vec![row.position.to_string()] } else { Vec::new() };
-        cells.extend(columns.cells(schedule, row));
+        cells.extend(columns.iter().filter_map(|(_, cells)| cells.get(k).cloned()));
         for sensor in 0..schedule.bench.sensors.len() {
             cells.push(value_of(row, sensor).unwrap_or_default());
             let u = || u_of(row, sensor).map_or(String::new(), |u| u.to_string());
@@ -98,7 +74,6 @@ fn value_of(row: &Reading, sensor: usize) -> Option<String> {
 /// The same for a person: each mounting drawn, and the readings with what they cost up to each of them.
 pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Document {
     let rows = &schedule.readings.rows;
-    let columns = Columns::of(schedule);
     let of = mountings(rows);
     let work = costs.work(rows);
     let begins = std::iter::once(None).chain(of.iter().map(Some)).zip(&of).map(|(before, key)| before != Some(key));
@@ -110,9 +85,8 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
             |(_, row, mounting, new)| if new { name_of(row, mounting) } else { String::new() },
         )
         .rule(|(k, .., new)| new && k > 0);
-    for (k, title) in columns.titles(schedule).into_iter().enumerate() {
-        table =
-            table.decimal(title, |(_, row, ..)| columns.cells(schedule, row).into_iter().nth(k).unwrap_or_default());
+    for (title, cells) in columns(schedule) {
+        table = table.decimal(title, |(k, ..)| cells.get(k).cloned().unwrap_or_default());
     }
     for (k, sensor) in schedule.bench.sensors.iter().enumerate() {
         let title = if sensor.unit.is_empty() { sensor.id.clone() } else { format!("{} ({})", sensor.id, sensor.unit) };
