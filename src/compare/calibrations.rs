@@ -10,6 +10,7 @@
 //! Shared are the known inputs of Type B that both budgets name alike, with the same estimate and the same standard uncertainty: they moved both results
 //! together and do not count twice. Deliberately absent: which of two calibrations is right.
 
+use crate::plan::grouped;
 use crate::uncertainty::quantiles::{chi_square_survival, coverage_factor, fisher_f_survival, student_t_two_sided};
 use nalgebra::{DMatrix, DVector};
 use schemars::JsonSchema;
@@ -355,26 +356,16 @@ impl TrendLine {
 /// Weights are `1/u^2` where every point has a standard uncertainty, else equal; equal weights take the scatter about the line. Inputs shared by all
 /// calibrations move the line as a whole and are not taken out of `u`: the slope's uncertainty is then too large rather than too small.
 pub fn trends(determinations: &[Determination], level: f64) -> Vec<Trend> {
-    let mut ids: Vec<(&str, &str)> = Vec::new();
-    for quantity in determinations.iter().flat_map(|d| &d.quantities) {
-        if !ids.contains(&(quantity.id.as_str(), quantity.unit.as_str())) {
-            ids.push((quantity.id.as_str(), quantity.unit.as_str()));
-        }
-    }
-    ids.into_iter()
-        .map(|(id, unit)| {
-            let mut points: Vec<(f64, f64, Option<f64>)> = determinations
-                .iter()
-                .filter_map(|d| {
-                    let q = d.quantities.iter().find(|q| q.id == id && q.unit == unit)?;
-                    Some((d.day?, q.value, q.u))
-                })
-                .collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let line = straight(&points, level);
-            Trend { id: id.into(), unit: unit.into(), points, line }
-        })
-        .collect()
+    let all = determinations.iter().flat_map(|d| d.quantities.iter().map(|q| (d.day, q)));
+    let trend = |alike: Vec<(Option<f64>, &Quantity)>| {
+        let (_, Quantity { id, unit, .. }) = alike.first()?;
+        let points = alike.iter().filter_map(|(day, q)| Some(((*day)?, q.value, q.u)));
+        let mut points: Vec<(f64, f64, Option<f64>)> = points.collect();
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let line = straight(&points, level);
+        Some(Trend { id: id.clone(), unit: unit.clone(), points, line })
+    };
+    grouped(all.map(|(day, q)| ((day, q), (&q.id, &q.unit)))).into_iter().filter_map(trend).collect()
 }
 
 fn straight(points: &[(f64, f64, Option<f64>)], level: f64) -> Option<TrendLine> {

@@ -232,15 +232,11 @@ pub fn evaluate(
     subset: &Readings,
 ) -> Result<Vec<Option<f64>>> {
     let earth = campaign.bench.earth_rate();
-    let mut names: Vec<String> = ["g", "earth_north", "earth_up"].map(String::from).into();
-    let mut values: Vec<Option<f64>> = [campaign.bench.specific_force().norm(), earth.y, earth.z].map(Some).into();
-    if let Some(grouping) = &forms.group {
-        names.push(grouping.symbol.clone());
-        values.push(group);
-    }
+    let physics = [("g", campaign.bench.specific_force().norm()), ("earth_north", earth.y), ("earth_up", earth.z)];
+    let mut known: Vec<(String, Option<f64>)> = physics.map(|(name, value)| (name.into(), Some(value))).into();
+    known.extend(forms.group.as_ref().map(|grouping| (grouping.symbol.clone(), group)));
     for (name, symbol) in &forms.readings.0 {
-        names.push(name.clone());
-        values.push(mean(campaign, symbol, &forms.sensor, subset)?);
+        known.push((name.clone(), mean(campaign, symbol, &forms.sensor, subset)?));
     }
     let mut given: Vec<&str> = Vec::new();
     for parameter in &campaign.parameters {
@@ -250,8 +246,7 @@ pub fn evaluate(
             Role::Estimated { .. } => continue,
         };
         given.push(&parameter.id);
-        names.push(parameter.id.clone());
-        values.push(Some(value));
+        known.push((parameter.id.clone(), Some(value)));
     }
     let mut results = Vec::new();
     for (id, formula) in &forms.formulas {
@@ -259,23 +254,18 @@ pub fn evaluate(
             results.push(None);
             continue;
         }
-        let formula = &Expression::parse(formula)?;
-        let borrowed: Vec<&str> = names.iter().map(String::as_str).collect();
-        let usable = formula
-            .names()
-            .iter()
-            .all(|name| names.iter().position(|n| n == name).and_then(|k| values.get(k)).is_some_and(Option::is_some));
-        let value = if usable {
-            // those that the formula uses have values, see above
-            let inputs: Vec<f64> = values.iter().map(|v| v.unwrap_or_default()).collect();
-            let value = Tape::compile(formula, &borrowed)?.value(&inputs, &mut Scratch::default());
-            value.is_finite().then_some(value)
-        } else {
-            None
-        };
-        results.push(value);
-        names.push(id.clone());
-        values.push(value);
+        let formula = Expression::parse(formula)?;
+        let value = |name: &str| known.iter().find(|(other, _)| other == name).and_then(|(_, value)| *value);
+        let mut result = None;
+        if formula.names().into_iter().all(|name| value(name).is_some()) {
+            // those that the formula uses have values
+            let names: Vec<&str> = known.iter().map(|(name, _)| name.as_str()).collect();
+            let inputs: Vec<f64> = known.iter().map(|(_, value)| value.unwrap_or_default()).collect();
+            let value = Tape::compile(&formula, &names)?.value(&inputs, &mut Scratch::default());
+            result = Some(value).filter(|value| value.is_finite());
+        }
+        results.push(result);
+        known.push((id.clone(), result));
     }
     Ok(results)
 }
