@@ -304,7 +304,7 @@ impl Guide {
         if let Some(seen) = seen.as_ref().filter(|seen| !seen.is_open(&self.model)) {
             advice.unreachable = seen.unreachable(&self.model, &self.settings.goals)?;
         }
-        self.decide(&mut advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
+        (advice.next, advice.ended) = self.decide(&advice, (&table, seen.as_ref()), diagnosis.as_ref())?;
         self.unexplained = unexplained(diagnosis.as_ref());
         self.table = Some(table);
         let (goals, effects) = (self.open_goals(&advice), !self.is_certain(&advice));
@@ -492,28 +492,26 @@ impl Guide {
         reachable.map(|(goal, progress)| (goal.clone(), progress.u)).collect()
     }
 
+    /// What comes next, or why nothing does.
     fn decide(
         &self,
-        advice: &mut Advice,
+        advice: &Advice,
         (table, seen): (&Table, Option<&Seen>),
         diagnosis: Option<&Diagnosis>,
-    ) -> Result<()> {
+    ) -> Result<(Option<Next>, Option<Ending>)> {
         if self.taken.len() >= self.settings.most {
-            advice.ended = Some(Ending::MostReadings);
-            return Ok(());
+            return Ok((None, Some(Ending::MostReadings)));
         }
         if let Some(again) = self.again(advice) {
-            advice.next = Some(again);
-            return Ok(());
+            return Ok((Some(again), None));
         }
-        let Some(seen) = seen else { return Ok(()) };
+        let Some(seen) = seen else { return Ok((None, None)) };
         let determined = !seen.is_open(&self.model);
         let diagnosis = diagnosis.filter(|_| !advice.mistake.as_ref().is_some_and(Mistake::is_named));
         if let (true, Some(diagnosis)) = (determined, diagnosis)
             && let Some(next) = self.discriminating(diagnosis)?
         {
-            advice.next = Some(next);
-            return Ok(());
+            return Ok((Some(next), None));
         }
         let certain = self.is_certain(advice);
         let goals_met = match advice.goals.as_slice() {
@@ -521,8 +519,7 @@ impl Guide {
             goals => goals.iter().all(|goal| goal.met),
         };
         if goals_met && certain && advice.mistake.is_none() {
-            advice.ended = Some(Ending::Reached);
-            return Ok(());
+            return Ok((None, Some(Ending::Reached)));
         }
         let reachable = |id: &String| !advice.unreachable.contains(id);
         let goals = self.open_goals(advice);
@@ -537,19 +534,15 @@ impl Guide {
         let too_little =
             || Ok::<_, Malformed>(seen.together(&self.model, &wanted, left)?.is_some_and(|all| all < lacking));
         let hopeless = reachable_met && (certain || (exhausted && unexplained(diagnosis)) || too_little()?);
-        match worth.into_iter().find(|worth| worth.position < self.candidates.len()).filter(|_| !hopeless) {
-            // a reading that disagrees is confirmed, undone or explained before anything ends
-            None => {
-                let open = self.disagrees.filter(|_| advice.mistake.is_some()).and_then(|at| self.taken.get(at));
-                advice.next = open.map(|reading| self.same_again(reading, Vec::new()));
-                advice.ended = open.is_none().then_some(Ending::NothingToGain);
-            }
-            Some(Worth { position, nats, cost }) => {
-                let reading = self.candidates.get(position);
-                advice.next = reading.map(|reading| self.next(reading, Why::Information, Vec::new(), Some(nats), cost));
-            }
+        let known = |worth: Worth| Some((self.candidates.get(worth.position)?, worth));
+        if let Some((reading, worth)) = worth.into_iter().find_map(known).filter(|_| !hopeless) {
+            let next = self.next(reading, Why::Information, Vec::new(), Some(worth.nats), worth.cost);
+            return Ok((Some(next), None));
         }
-        Ok(())
+        // a reading that disagrees is confirmed, undone or explained before anything ends
+        let open = self.disagrees.filter(|_| advice.mistake.is_some()).and_then(|at| self.taken.get(at));
+        let next = open.map(|reading| self.same_again(reading, Vec::new()));
+        Ok((next, open.is_none().then_some(Ending::NothingToGain)))
     }
 
     fn next(&self, reading: &Reading, why: Why, between: Vec<String>, information: Option<f64>, cost: f64) -> Next {

@@ -171,11 +171,11 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
     }
     fact(&lang.title(&lang.term("stated")), against_stated(effect, lang));
     fact(&lang.title(say!(lang, "probability")), probability(effect, lang));
-    let aliases = aliases(effect, lang);
+    let [same, near, small] = aliases(effect, lang);
     let listed = |names: &[String]| listed(names, LISTED, lang);
-    fact(&lang.title(say!(lang, "cannot-be-distinguished-from")), listed(&aliases.same));
-    fact(say!(lang, "fits-not-significantly-worse"), listed(&aliases.near));
-    fact(say!(lang, "only-through-small-terms"), listed(&aliases.small));
+    fact(&lang.title(say!(lang, "cannot-be-distinguished-from")), listed(&same));
+    fact(say!(lang, "fits-not-significantly-worse"), listed(&near));
+    fact(say!(lang, "only-through-small-terms"), listed(&small));
     fact(say!(lang, "discriminated-by"), separating(effect, lang));
     fact(say!(lang, "no-position-of-this-bench-tells-it"), listed(&effect.separate_never));
     fact(&lang.title(say!(lang, "probable-cause")), lang.name(&effect.why).into_owned());
@@ -480,12 +480,12 @@ pub fn suspected(suspected: &[SuspectReport], several: bool, lang: Language) -> 
 
 /// An effect with how many others it could as well be.
 fn with_others(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> String {
-    let aliases = aliases(effect, lang);
+    let [same, near, _] = aliases(effect, lang);
     let name = say!(lang, "effect-named", name = lang.name(&effect.name), regressor = effect.regressor);
     let several = effect.in_sensors.iter().map(|own| own.sensor.as_str());
     let sensors: Vec<&str> = effect.sensor.as_deref().into_iter().chain(several).collect();
     let name = in_sensors(name, report.model_before.len() > 1, sensors, lang);
-    match aliases.same.len() + aliases.near.len() {
+    match same.len() + near.len() {
         0 => name,
         n => say!(lang, "effect-or-others", name, n),
     }
@@ -568,32 +568,23 @@ fn appended<'a>(before: &str, after: &'a str) -> Option<(&'a str, &'a str)> {
     Some((kept, term))
 }
 
-/// Aliases by what sets them apart.
-#[derive(Debug, Default)]
-struct Aliases {
-    /// The same column.
-    pub same: Vec<String>,
-    /// They fit not significantly worse; each with how much.
-    pub near: Vec<String>,
-    /// Seen only through small terms; each with the share of its column.
-    pub small: Vec<String>,
-}
-
-fn aliases(effect: &EffectReport, lang: Language) -> Aliases {
-    let mut sorted = Aliases::default();
+/// Aliases by what sets them apart: the same column; fits that are not significantly worse, each with how much; those seen only through small terms, each
+/// with the share of its column.
+fn aliases(effect: &EffectReport, lang: Language) -> [Vec<String>; 3] {
+    let [mut same, mut near, mut small] = [const { Vec::new() }; 3];
     for alias in &effect.aliases {
         let with = alias.together_with.as_ref();
         let with = with.map_or(String::new(), |other| format!(" ({})", say!(lang, "together-with", other)));
         let name = format!("{}{with}", alias.regressor);
         if alias.vanishing {
-            sorted.small.push(format!("{name} ({})", seen(alias, lang)));
+            small.push(format!("{name} ({})", seen(alias, lang)));
         } else if alias.exact {
-            sorted.same.push(name);
+            same.push(name);
         } else {
-            sorted.near.push(format!("{name} (+{:.1})", alias.excess));
+            near.push(format!("{name} (+{:.1})", alias.excess));
         }
     }
-    sorted
+    [same, near, small]
 }
 
 /// The positions that would tell an effect from its aliases, each with how many of them; empty for none.
