@@ -1,4 +1,4 @@
-//! Closed forms as data: symbols for readings, formulas, the table as printed.
+//! Closed forms as data: symbols for readings, formulas, the table as printed; and their values on the readings of one group.
 //!
 //! A symbol is a mean over the readings that match its criteria: of one sensor's value, or of any line of algebra in the sensors, the
 //! joints (rad) and the numeric columns (`"mean_of": "A*cos(2*theta)"`, a Fourier sum). A criterion compares a key with a number, with a
