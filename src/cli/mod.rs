@@ -216,7 +216,7 @@ fn probability(what: &str, value: f64, example: &str) -> Result<()> {
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
 fn print(text: &str) -> Result<()> {
     use std::io::Write;
-    let mut out = Visible::of(session::Stdout);
+    let mut out = Visible::default();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(session::reader_left).map_err(|e| not_printed(&e))
 }
 
@@ -256,28 +256,20 @@ fn mark(bytes: &mut [u8], lead: &mut bool) {
     }
 }
 
-/// Passes text on without what would steer a terminal.
-struct Visible<W> {
-    to: W,
-    lead: bool,
-}
+/// Stdout, without what would steer a terminal; was the byte before the first of such a character of two?
+#[derive(Default)]
+struct Visible(bool);
 
-impl<W> Visible<W> {
-    fn of(to: W) -> Self {
-        Visible { to, lead: false }
-    }
-}
-
-impl<W: std::io::Write> std::io::Write for Visible<W> {
+impl std::io::Write for Visible {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let mut marked = bytes.to_vec();
-        mark(&mut marked, &mut self.lead);
-        self.to.write_all(&marked)?;
+        mark(&mut marked, &mut self.0);
+        session::Stdout.write_all(&marked)?;
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.to.flush()
+        session::Stdout.flush()
     }
 }
 
