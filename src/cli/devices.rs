@@ -1,7 +1,7 @@
 //! The devices of a table, or of many files: the campaign that is asked of each, and where its readings are (`--by`, `--readings FILE...`).
 
+use super::files;
 use super::files::Beside;
-use super::{files, globs};
 use crate::batch::{self, Device, Layout, Restart, Tables, Use};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, Readings};
@@ -98,7 +98,7 @@ impl DeviceCampaign {
         let by = by.or_else(|| file.by.clone());
         let folder: PathBuf = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let files = match (&file.readings, readings) {
-            (_, [_, ..]) => globs::expand(readings)?,
+            (_, [_, ..]) => files::expand(readings)?,
             (ReadingsRef::Path(path), _) => vec![folder.join(path)],
             (ReadingsRef::Inline(_) | ReadingsRef::Samples(_), _) => Vec::new(),
         };

@@ -1,6 +1,6 @@
 //! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE` (`navigate_diagnose.rs`).
 
-use super::catalogue::Catalogue;
+use super::files::Catalogue;
 use super::outputs::Outputs;
 use super::pages;
 use super::{Outcome, batch, batch_diagnose, devices, files};

@@ -10,7 +10,6 @@ mod batch_diagnose;
 mod batch_reports;
 mod bench;
 mod calibrations;
-mod catalogue;
 mod check;
 mod compare;
 mod devices;
@@ -18,7 +17,6 @@ mod diagnose;
 mod export;
 mod files;
 mod fit;
-mod globs;
 mod guide;
 mod help;
 mod log;
@@ -201,16 +199,6 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
         Completions(arguments) => shell::completions(&arguments),
         Man(arguments) => shell::man(&arguments),
     }
-}
-
-/// Errors: a value of the question that must be a probability and is none.
-fn probability(what: &str, value: f64, example: &str) -> Result<()> {
-    if value > 0.0 && value < 1.0 {
-        return Ok(());
-    }
-    Err(Malformed::new(Fault::Value, format!("the {what} is not a probability"))
-        .expected(format!("a number between 0 and 1, for example {example}"))
-        .found(value.to_string()))
 }
 
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.

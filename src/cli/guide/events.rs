@@ -1,8 +1,7 @@
 //! From line to line: what is accepted, and what is said.
 
 use super::journal::{Entry, Journal};
-use super::lines::{self, Line, Lines, Next, Numbered};
-use super::place::{Placed, placed};
+use super::lines::{self, Line, Lines, Next, Numbered, Placed, placed};
 use super::samples::{Samples, Step};
 use super::screen::Screen;
 use super::serve::Page;
