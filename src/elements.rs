@@ -15,38 +15,39 @@ pub(crate) trait Elements {
     fn at(&self, k: usize) -> Self::Element<'_>;
 }
 
-impl Elements for [f64] {
-    type Element<'a> = f64;
+/// Values with one that no reader takes for a result.
+pub(crate) trait Missing: Copy {
+    /// What an element outside is read as.
+    const MISSING: Self;
+}
+
+impl Missing for f64 {
+    const MISSING: f64 = f64::NAN;
+}
+
+impl Missing for usize {
+    const MISSING: usize = usize::MAX;
+}
+
+impl<const N: usize> Missing for [f64; N] {
+    const MISSING: [f64; N] = [f64::NAN; N];
+}
+
+impl Missing for &'static str {
+    const MISSING: &'static str = "?";
+}
+
+impl<T: Missing> Elements for [T] {
+    type Element<'a>
+        = T
+    where
+        T: 'a;
 
     #[inline]
     #[track_caller]
-    fn at(&self, k: usize) -> f64 {
-        debug_assert!(k < self.len(), "number {k} of {}", self.len());
-        self.get(k).copied().unwrap_or(f64::NAN)
-    }
-}
-
-/// Numbers whose count the caller of a public function chose.
-pub(crate) trait OrNan {
-    /// Number `k`, NaN where there is none.
-    fn or_nan(&self, k: usize) -> f64;
-}
-
-impl OrNan for [f64] {
-    #[inline]
-    fn or_nan(&self, k: usize) -> f64 {
-        self.get(k).copied().unwrap_or(f64::NAN)
-    }
-}
-
-impl Elements for [usize] {
-    type Element<'a> = usize;
-
-    #[inline]
-    #[track_caller]
-    fn at(&self, k: usize) -> usize {
+    fn at(&self, k: usize) -> T {
         debug_assert!(k < self.len(), "place {k} of {}", self.len());
-        self.get(k).copied().unwrap_or(usize::MAX)
+        self.get(k).copied().unwrap_or(T::MISSING)
     }
 }
 
@@ -64,39 +65,16 @@ impl<T> Elements for [Vec<T>] {
     }
 }
 
-impl<T> Elements for [&Vec<T>] {
-    type Element<'a>
-        = &'a [T]
-    where
-        Self: 'a;
-
-    #[inline]
-    #[track_caller]
-    fn at(&self, k: usize) -> &[T] {
-        debug_assert!(k < self.len(), "list {k} of {}", self.len());
-        self.get(k).map(|list| list.as_slice()).unwrap_or_default()
-    }
+/// Numbers whose count the caller of a public function chose.
+pub(crate) trait OrNan {
+    /// Number `k`, NaN where there is none.
+    fn or_nan(&self, k: usize) -> f64;
 }
 
-impl<const N: usize> Elements for [[f64; N]] {
-    type Element<'a> = [f64; N];
-
+impl OrNan for [f64] {
     #[inline]
-    #[track_caller]
-    fn at(&self, k: usize) -> [f64; N] {
-        debug_assert!(k < self.len(), "numbers {k} of {}", self.len());
-        self.get(k).copied().unwrap_or([f64::NAN; N])
-    }
-}
-
-impl Elements for [&'static str] {
-    type Element<'a> = &'static str;
-
-    #[inline]
-    #[track_caller]
-    fn at(&self, k: usize) -> &'static str {
-        debug_assert!(k < self.len(), "name {k} of {}", self.len());
-        self.get(k).copied().unwrap_or("?")
+    fn or_nan(&self, k: usize) -> f64 {
+        self.get(k).copied().unwrap_or(f64::NAN)
     }
 }
 

@@ -193,6 +193,16 @@ impl Malformed {
     }
 }
 
+/// Errors: a value of the question that must be a probability and is none.
+pub(crate) fn probability(what: &str, value: f64, example: &str) -> Result<()> {
+    if value > 0.0 && value < 1.0 {
+        return Ok(());
+    }
+    Err(Malformed::new(Fault::Value, format!("the {what} is not a probability"))
+        .expected(format!("a number between 0 and 1, for example {example}"))
+        .found(value.to_string()))
+}
+
 impl Place {
     /// The path as a person reads it: a row's ends with a bar, behind which a column is named.
     pub(crate) fn path_said(&self) -> String {

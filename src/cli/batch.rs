@@ -8,7 +8,7 @@ use super::rows::{Cell, Format, Kind, Rows, Titles};
 use crate::batch::{self, Device, Fleet, Row, Schedules, Summary};
 use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
-use crate::fit::Settings;
+use crate::fit::{self, Settings};
 use crate::language::Language;
 use crate::report;
 use std::collections::BTreeMap;
@@ -28,7 +28,7 @@ pub(super) fn fit(
 ) -> Result<Outcome> {
     let table = question.table(false, many.chart.as_deref())?;
     let template = &table.template;
-    super::probability("level", settings.level, "0.95")?;
+    fit::check_level(settings.level)?;
     let names = report::batch_quantities(template);
     let mut outputs = pages.outputs([many.to.as_deref(), json])?;
     let terminal = std::io::stdout().is_terminal();

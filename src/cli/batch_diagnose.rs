@@ -1,8 +1,8 @@
 //! `tumble diagnose CAMPAIGN --by COLUMN`: which device has which effect.
 
 use super::Outcome;
-use super::catalogue::Catalogue;
 use super::devices::{DeviceCampaign, Many, Passed};
+use super::files::Catalogue;
 use super::outputs::Outputs;
 use super::rows::{Cell, Format, Kind, Rows, Shortest, Titles};
 use crate::batch::Device;
@@ -25,7 +25,7 @@ pub(super) fn run(
 ) -> Result<Outcome> {
     let table = question.table(true, None)?;
     // what is wrong with the question itself (the significance, the catalogue) is no device's answer
-    super::probability("significance", settings.significance, "0.01")?;
+    settings.check()?;
     let mut outputs = Outputs::plan([many.to.as_deref()])?;
     let target = many.to.clone().unwrap_or_else(|| PathBuf::from("-"));
     Format::of(&target)?;

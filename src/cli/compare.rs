@@ -64,7 +64,7 @@ fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Ou
 }
 
 fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Result<Outcome> {
-    super::probability("level", arguments.level, "0.95")?;
+    fit::check_level(arguments.level)?;
     let (before, after) = (calibrations::read(before)?, calibrations::read(after)?);
     calibrations::of_other_readings(&before, &after)?;
     let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
@@ -81,7 +81,7 @@ fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Re
 }
 
 fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<Outcome> {
-    super::probability("level", arguments.level, "0.95")?;
+    fit::check_level(arguments.level)?;
     let mut stored = paths.iter().map(|path| calibrations::read(path)).collect::<Result<Vec<_>>>()?;
     if let Some(undated) = stored.iter().find(|report| report.day().is_none()) {
         return Err(Malformed::new(Fault::Missing, "a history needs the date of each calibration")

@@ -1,7 +1,7 @@
 //! The devices of a table, or of many files: the campaign that is asked of each, and where its readings are (`--by`, `--readings FILE...`).
 
+use super::files;
 use super::files::Beside;
-use super::{files, globs};
 use crate::batch::{self, Device, Layout, Restart, Tables, Use};
 use crate::bench::Bench;
 use crate::campaign::{Campaign, Readings};
@@ -11,7 +11,7 @@ use crate::fit::Settings;
 use crate::number;
 use crate::record::{Column, Record};
 use crate::report::Input;
-use crate::wire::{self, CampaignFile, ReadingsRef, Source};
+use crate::wire::{self, CampaignFile, Folder, ReadingsRef, Source};
 use clap::Args;
 use std::cell::RefCell;
 use std::io::IsTerminal;
@@ -98,7 +98,7 @@ impl DeviceCampaign {
         let by = by.or_else(|| file.by.clone());
         let folder: PathBuf = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let files = match (&file.readings, readings) {
-            (_, [_, ..]) => globs::expand(readings)?,
+            (_, [_, ..]) => files::expand(readings)?,
             (ReadingsRef::Path(path), _) => vec![folder.join(path)],
             (ReadingsRef::Inline(_) | ReadingsRef::Samples(_), _) => Vec::new(),
         };
@@ -116,40 +116,36 @@ impl DeviceCampaign {
 
     /// The fit of a record whose rows are the readings.
     pub(super) fn stream(&self, settings: &Settings) -> Result<(crate::fit::Fit, Vec<Input>)> {
-        let mut inputs = vec![self.input.clone()];
         let mut folder = Beside::new(&self.path);
         let (campaign, mut rows, sample) = wire::read_rows_of(&self.file, &self.source, &mut folder, Some(settings))?;
         let fit = crate::fit::streamed::fit(campaign, &mut rows, &sample, settings);
         let fit = fit.map_err(|error| wire::locate(error, &self.source))?;
-        inputs.extend(folder.inputs);
-        Ok((fit, inputs))
+        Ok((fit, self.inputs(folder)))
     }
 
-    pub(super) fn single(&self) -> Result<(Campaign, Source, Vec<Input>)> {
-        let mut inputs = vec![self.input.clone()];
+    pub(super) fn single(&self) -> Result<(Campaign, Vec<Input>)> {
         let mut folder = Beside::new(&self.path);
-        let Some(path) = self.files.first().filter(|_| self.replaced) else {
-            let campaign = wire::campaign_from(self.file.clone(), &self.source, &mut folder)?;
-            inputs.extend(folder.inputs);
-            return Ok((campaign, self.source.clone(), inputs));
+        let campaign = match self.files.first().filter(|_| self.replaced) {
+            None => wire::campaign_from(self.file.clone(), &self.source, &mut folder)?,
+            Some(path) => {
+                let bench = self.bench(&mut folder)?;
+                let table = folder.table_at(path)?;
+                let readings = wire::read_readings(&bench, table, &self.file.columns, &self.file.scatter);
+                let campaign = readings.and_then(|readings| self.file.clone().with(bench, readings));
+                campaign.map_err(|error| wire::locate(error, &self.source))?
+            }
         };
-        let bench = self.bench(&mut inputs)?;
-        let table = folder.table_at(path)?;
-        let readings = wire::read_readings(&bench, table, &self.file.columns, &self.file.scatter)
-            .map_err(|error| wire::locate(error, &self.source))?;
-        inputs.extend(folder.inputs);
-        let campaign = self.file.clone().with(bench, readings).map_err(|error| wire::locate(error, &self.source))?;
-        Ok((campaign, self.source.clone(), inputs))
+        Ok((campaign, self.inputs(folder)))
     }
 
-    fn bench(&self, inputs: &mut Vec<Input>) -> Result<Bench> {
-        let folder: PathBuf = self.path.parent().map(Path::to_path_buf).unwrap_or_default();
-        let bench = self.file.resolved_bench(&mut |name| {
-            let (source, input) = files::read_input(&folder.join(name))?;
-            inputs.push(input);
-            Ok(source)
-        });
+    fn bench(&self, folder: &mut Beside) -> Result<Bench> {
+        let bench = self.file.resolved_bench(&mut |name| folder.text(name));
         bench.map_err(|error| wire::locate(error, &self.source))
+    }
+
+    /// The campaign's file, and what was read of its folder.
+    fn inputs(&self, folder: Beside) -> Vec<Input> {
+        [vec![self.input.clone()], folder.inputs].concat()
     }
 
     /// Every device once: is it well-formed?
@@ -213,8 +209,8 @@ impl DeviceCampaign {
                     .at_path("readings"),
             ));
         }
-        let mut inputs = vec![self.input.clone()];
-        let bench = self.bench(&mut inputs)?;
+        let mut folder = Beside::new(&self.path);
+        let bench = self.bench(&mut folder)?;
         let (mut lot, mut numeric, mut titles) = (None, Vec::new(), Vec::new());
         match (self.files.first(), &self.file.readings) {
             (Some(first), _) => {
@@ -245,17 +241,7 @@ impl DeviceCampaign {
         let file = CampaignFile { scatter: Vec::new(), ..self.file.clone() };
         let template = file.with(bench, readings).map_err(located)?;
         template.refuse_unread(titles.iter().map(String::as_str)).map_err(located)?;
-        Ok(DeviceTable { question: self, lot, all, template, inputs })
-    }
-
-    fn of_device(&self, template: &Campaign, layout: &Layout, device: &Device) -> Result<Campaign> {
-        let readings = wire::device_readings(&template.bench, layout, device)?;
-        let plain = self.file.scatter.is_empty() && layout.uses.iter().all(|kind| *kind != Use::Other);
-        let own_lines = readings.columns.iter().any(|column| column.ends_with("_u"));
-        match plain && !own_lines && readings.columns == template.readings.columns {
-            true => Ok(template.with_readings(readings)),
-            false => self.file.clone().with(template.bench.clone(), readings),
-        }
+        Ok(DeviceTable { question: self, lot, all, template, inputs: self.inputs(folder) })
     }
 }
 
@@ -300,7 +286,14 @@ impl DeviceTable<'_> {
     }
 
     pub(super) fn campaign(&self, layout: &Layout, device: &Device) -> Result<Campaign> {
-        self.question.of_device(&self.template, layout, device)
+        let (template, file) = (&self.template, &self.question.file);
+        let readings = wire::device_readings(&template.bench, layout, device)?;
+        let plain = file.scatter.is_empty() && layout.uses.iter().all(|kind| *kind != Use::Other);
+        let own_lines = readings.columns.iter().any(|column| column.ends_with("_u"));
+        match plain && !own_lines && readings.columns == template.readings.columns {
+            true => Ok(template.with_readings(readings)),
+            false => file.clone().with(template.bench.clone(), readings),
+        }
     }
 
     /// Hand on the devices, in chunks; `sink` says whether those of a chunk were of use.

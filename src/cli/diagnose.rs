@@ -1,6 +1,6 @@
 //! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE` (`navigate_diagnose.rs`).
 
-use super::catalogue::Catalogue;
+use super::files::Catalogue;
 use super::outputs::Outputs;
 use super::pages;
 use super::{Outcome, batch, batch_diagnose, devices, files};
@@ -61,14 +61,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             .expected("--measured FILE with measured navigation errors"));
     }
     let question = devices::DeviceCampaign::read(campaign, &arguments.many, readings)?;
-    let many = question.is_of_many();
-    let (campaign, source, mut inputs) = match many {
-        true => (None, question.source.clone(), Vec::new()),
-        false => {
-            let (campaign, source, inputs) = question.single()?;
-            (Some(campaign), source, inputs)
-        }
-    };
+    let single = if question.is_of_many() { None } else { Some(question.single()?) };
+    let (campaign, inputs) = single.unzip();
+    let (source, mut inputs) = (&question.source, inputs.unwrap_or_default());
     let (listed, input) = arguments.effects.as_deref().map(files::read_input).transpose()?.unzip();
     inputs.extend(input);
     let catalogue = Catalogue::new(listed)?;
@@ -94,7 +89,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (svg, json) = (arguments.svg.as_deref(), arguments.json.as_deref());
     let mut outputs = arguments.pages.outputs([svg, json, bench, repaired])?;
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
-        .map_err(|error| catalogue.locate(error, &source))?;
+        .map_err(|error| catalogue.locate(error, source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
     report.inputs = inputs;
     if let Some(path) = &arguments.svg {

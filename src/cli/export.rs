@@ -6,7 +6,7 @@ use crate::correction::export::{self, Origin, Target};
 use crate::error::{Fault, Malformed, Result};
 use crate::report::VERSION;
 use clap::{Args, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What to export, and as what.
 #[derive(Debug, Args)]
@@ -60,40 +60,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         .map(|out| out.with_extension("h"));
     let mut outputs = Outputs::plan([arguments.out.as_deref(), header.as_deref()])?;
     let target = match arguments.to {
-        Format::C => Target::C,
-        Format::Python => Target::Python,
-        Format::Matlab => Target::Matlab,
-        Format::Kalibr => Target::Kalibr,
-        Format::Ros => Target::Ros,
-        Format::Json => {
+        Format::C => Some(Target::C),
+        Format::Python => Some(Target::Python),
+        Format::Matlab => Some(Target::Matlab),
+        Format::Kalibr => Some(Target::Kalibr),
+        Format::Ros => Some(Target::Ros),
+        Format::Json => None,
+    };
+    let text = match target {
+        None => {
             let text = files::json(&stored.correction()?)?;
             // a file says what wrote it
-            let text = if arguments.out.is_some() { written::mark(&text) } else { text };
-            return finish(outputs, arguments, text);
+            if arguments.out.is_some() { written::mark(&text) } else { text }
+        }
+        Some(target) => {
+            let noise = arguments.noise.as_ref().map(|path| crate::wire::parse(&files::read(path)?));
+            let origin = Origin {
+                program: format!("tumble {VERSION}"),
+                report: arguments.calibration.display().to_string(),
+                unit: stored.identity(),
+                prefix: arguments.prefix.clone(),
+                noise: noise.transpose()?.map(|report| crate::report::kalibr(&report)).transpose()?,
+            };
+            let calibration = stored.calibration()?;
+            if let Some(path) = header {
+                outputs.add(&path, export::export(&calibration, Target::CHeader, &origin)?);
+            }
+            export::export(&calibration, target, &origin)?
         }
     };
-    let noise = arguments.noise.as_ref().map(|path| crate::wire::parse(&files::read(path)?));
-    let origin = Origin {
-        program: format!("tumble {VERSION}"),
-        report: arguments.calibration.display().to_string(),
-        unit: stored.identity(),
-        prefix: arguments.prefix.clone(),
-        noise: noise.transpose()?.map(|report| crate::report::kalibr(&report)).transpose()?,
-    };
-    let calibration = stored.calibration()?;
-    if let Some(path) = header {
-        outputs.add(&path, export::export(&calibration, Target::CHeader, &origin)?);
-    }
-    finish(outputs, arguments, export::export(&calibration, target, &origin)?)
-}
-
-fn finish(mut outputs: Outputs, arguments: &Arguments, text: String) -> Result<Outcome> {
-    match &arguments.out {
-        Some(path) => {
-            outputs.add(path, text);
-            outputs.write()?;
-        }
-        None => super::print(&text)?,
-    }
+    outputs.add(arguments.out.as_deref().unwrap_or(Path::new("-")), text);
+    outputs.write()?;
     Ok(Outcome::Done)
 }

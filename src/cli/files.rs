@@ -1,7 +1,9 @@
-//! Reading files (`outputs` writes them).
+//! Reading files (`outputs` writes them): campaigns with their folders, missions, catalogues; names with `*` and `?`, where the shell has left them.
 
 use super::session;
 use crate::campaign::Campaign;
+use crate::diagnosis::Effect;
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::mission::Mission;
 use crate::record::{Record, parted};
@@ -166,5 +168,93 @@ pub(super) fn json(value: &impl Serialize) -> Result<String> {
     match serde_json::to_string_pretty(value) {
         Ok(text) => Ok(text + "\n"),
         Err(error) => Err(Malformed::new(Fault::Value, format!("the report cannot be written as JSON: {error}"))),
+    }
+}
+
+/// The effects that a diagnosis or a plan tries: the built-in catalogue, after a user's own.
+pub(super) struct Catalogue {
+    pub effects: Vec<Effect>,
+    /// The user's own file.
+    file: Option<Source>,
+}
+
+impl Catalogue {
+    /// The user's effects first, so that their names are used where both have the same term.
+    pub fn new(file: Option<Source>) -> Result<Self> {
+        let mut effects = match &file {
+            Some(source) => wire::read_effects(source)?,
+            None => Vec::new(),
+        };
+        effects.extend(wire::built_in_effects()?);
+        Ok(Catalogue { effects, file })
+    }
+
+    /// The place of an error: the user's catalogue where it is about an effect, else the campaign.
+    pub fn locate(&self, error: Malformed, campaign: &Source) -> Malformed {
+        match &self.file {
+            Some(effects) if error.place().path.starts_with("effects[") => wire::locate(error, effects),
+            _ => wire::locate(error, campaign),
+        }
+    }
+}
+
+/// The built-in catalogue, after a user's own.
+pub(super) fn catalogue(path: Option<&Path>) -> Result<Catalogue> {
+    Catalogue::new(path.map(read).transpose()?)
+}
+
+/// The files that these names denote, those of one pattern in the order of their names.
+///
+/// Errors: a pattern that no file has.
+pub(super) fn expand(names: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for name in names {
+        let text = name.to_string_lossy();
+        if name.exists() || !text.contains(['*', '?']) {
+            found.push(name.clone());
+            continue;
+        }
+        let mut matching = matching(name);
+        if matching.is_empty() {
+            return Err(Malformed::new(Fault::File, format!("no file is called '{text}'"))
+                .expected("a file, or a pattern with * and ? that some file matches"));
+        }
+        matching.sort();
+        found.append(&mut matching);
+    }
+    Ok(found)
+}
+
+fn matching(pattern: &Path) -> Vec<PathBuf> {
+    let mut folders = vec![PathBuf::new()];
+    for part in pattern.components() {
+        let text = part.as_os_str().to_string_lossy().to_string();
+        if !text.contains(['*', '?']) {
+            folders.iter_mut().for_each(|folder| folder.push(part));
+            continue;
+        }
+        let mut next = Vec::new();
+        for folder in folders {
+            let listed = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
+            for entry in std::fs::read_dir(listed).into_iter().flatten().flatten() {
+                let name = entry.file_name();
+                let hidden = name.to_string_lossy().starts_with('.') && !text.starts_with('.');
+                if !hidden && fits(text.as_bytes(), name.to_string_lossy().as_bytes()) {
+                    next.push(folder.join(name));
+                }
+            }
+        }
+        folders = next;
+    }
+    folders.retain(|path| path.is_file());
+    folders
+}
+
+/// Does a name fit a pattern of `*` (any text) and `?` (one byte)?
+fn fits(pattern: &[u8], name: &[u8]) -> bool {
+    match (pattern, name) {
+        ([b'*', tail @ ..], _) => (0..=name.len()).any(|from| fits(tail, name.part(from..))),
+        ([sign, tail @ ..], [byte, name @ ..]) => (*sign == b'?' || sign == byte) && fits(tail, name),
+        (pattern, name) => pattern.is_empty() && name.is_empty(),
     }
 }

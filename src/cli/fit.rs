@@ -67,12 +67,7 @@ pub(super) struct Arguments {
 }
 
 fn robust_method(text: &str) -> std::result::Result<RobustMethod, String> {
-    match text {
-        "huber" => Ok(RobustMethod::Huber),
-        "tukey" => Ok(RobustMethod::Tukey),
-        "l1" => Ok(RobustMethod::L1),
-        _ => Err("expected huber, tukey or l1".into()),
-    }
+    RobustMethod::ALL.into_iter().find(|method| method.name() == text).ok_or("expected huber, tukey or l1".into())
 }
 
 pub(super) fn remount(text: &str) -> std::result::Result<Remount, String> {
@@ -128,19 +123,15 @@ fn many(arguments: &Arguments, question: devices::DeviceCampaign, lang: Language
     batch::fit(&question, &arguments.many, &settings(arguments), outputs, &arguments.pages, lang)
 }
 
-/// The fit of one device, the campaign as text, and every file that was read.
-fn fitted(
-    question: &devices::DeviceCampaign,
-    settings: &fit::Settings,
-) -> Result<(fit::Fit, wire::Source, Vec<report::Input>)> {
+/// The fit of one device, and every file that was read.
+fn fitted(question: &devices::DeviceCampaign, settings: &fit::Settings) -> Result<(fit::Fit, Vec<report::Input>)> {
     if question.is_streamed() {
-        let (fit, inputs) = question.stream(settings)?;
-        return Ok((fit, question.source.clone(), inputs));
+        return question.stream(settings);
     }
-    let (campaign, source, inputs) = question.single()?;
+    let (campaign, inputs) = question.single()?;
     batch::note_repeated(&campaign);
-    let fit = fit::fit_owned(campaign, settings).map_err(|error| wire::locate(error, &source))?;
-    Ok((fit, source, inputs))
+    let fit = fit::fit_owned(campaign, settings).map_err(|error| wire::locate(error, &question.source))?;
+    Ok((fit, inputs))
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
@@ -152,7 +143,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
     arguments.many.refuse_alone(&[("--reports", arguments.reports.is_some())])?;
     let mut outputs = arguments.pages.outputs([arguments.certificate.path(), arguments.json.as_deref()])?;
-    let (fit, source, inputs) = fitted(&question, &settings(arguments))?;
+    let (fit, inputs) = fitted(&question, &settings(arguments))?;
     let listed = arguments.readings.is_some() && input_files.is_empty();
     let lists = listed || arguments.json.is_some() || arguments.pages.is_asked_for();
     let mut report = if lists { report::fit_report(&fit) } else { report::fit_summary(&fit) };
@@ -161,7 +152,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let drawn = draw(&fit, trials, arguments.seed)?;
         report.monte_carlo = drawn.map(|drawn| report::monte_carlo_report(drawn, &fit));
     }
-    outputs.extend(arguments.certificate.make(&fit, &report, &source, lang)?);
+    outputs.extend(arguments.certificate.make(&fit, &report, &question.source, lang)?);
     let asked = report::Asked {
         fit: Some(&fit),
         comparison: None,

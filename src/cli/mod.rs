@@ -10,7 +10,6 @@ mod batch_diagnose;
 mod batch_reports;
 mod bench;
 mod calibrations;
-mod catalogue;
 mod check;
 mod compare;
 mod devices;
@@ -18,7 +17,6 @@ mod diagnose;
 mod export;
 mod files;
 mod fit;
-mod globs;
 mod guide;
 mod help;
 mod log;
@@ -203,20 +201,10 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
     }
 }
 
-/// Errors: a value of the question that must be a probability and is none.
-fn probability(what: &str, value: f64, example: &str) -> Result<()> {
-    if value > 0.0 && value < 1.0 {
-        return Ok(());
-    }
-    Err(Malformed::new(Fault::Value, format!("the {what} is not a probability"))
-        .expected(format!("a number between 0 and 1, for example {example}"))
-        .found(value.to_string()))
-}
-
 /// Print to stdout; a reader that has gone away (`tumble ... | head`) is no error, a full disk is one.
 fn print(text: &str) -> Result<()> {
     use std::io::Write;
-    let mut out = Visible::of(session::Stdout);
+    let mut out = Visible::default();
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).or_else(session::reader_left).map_err(|e| not_printed(&e))
 }
 
@@ -256,28 +244,20 @@ fn mark(bytes: &mut [u8], lead: &mut bool) {
     }
 }
 
-/// Passes text on without what would steer a terminal.
-struct Visible<W> {
-    to: W,
-    lead: bool,
-}
+/// Stdout, without what would steer a terminal; was the byte before the first of such a character of two?
+#[derive(Default)]
+struct Visible(bool);
 
-impl<W> Visible<W> {
-    fn of(to: W) -> Self {
-        Visible { to, lead: false }
-    }
-}
-
-impl<W: std::io::Write> std::io::Write for Visible<W> {
+impl std::io::Write for Visible {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let mut marked = bytes.to_vec();
-        mark(&mut marked, &mut self.lead);
-        self.to.write_all(&marked)?;
+        mark(&mut marked, &mut self.0);
+        session::Stdout.write_all(&marked)?;
         Ok(bytes.len())
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.to.flush()
+        session::Stdout.flush()
     }
 }
 

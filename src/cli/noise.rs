@@ -58,23 +58,14 @@ fn level(text: &str) -> std::result::Result<f64, String> {
 /// Fewest samples of a column that is reported: of 1, 2 and 4 samples, the averaging times up to a fifth of the record.
 const FEWEST: u64 = 32;
 
-/// What a record says of one column from place to place.
-enum Piece<'a> {
-    /// Samples; one that is not finite is missing.
-    Samples(&'a [f64]),
-    /// So many are missing.
-    Missing(u64),
-    /// How many are missing is not known.
-    Interrupt,
-}
-
-/// The columns of a record from its beginning to its end.
-fn read(
+/// The columns of a record from its beginning to its end, each as it is seen without its events.
+fn seen(
     arguments: &Arguments,
     record: &mut Record,
     columns: &[usize],
-    see: &mut dyn FnMut(usize, Piece<'_>),
-) -> Result<Ticks> {
+    events: Vec<Vec<Event>>,
+) -> Result<(Ticks, Vec<Seen>)> {
+    let mut all: Vec<Seen> = events.into_iter().map(|events| Seen::new(arguments.per_octave, events)).collect();
     let from = arguments.clock.source();
     let time = from.column(record)?;
     let titles: Vec<String> = columns.iter().filter_map(|k| Some(record.columns().get(*k)?.title.clone())).collect();
@@ -100,24 +91,24 @@ fn read(
             })
             .collect();
         last = times.and_then(|times| times.last()).copied().unwrap_or(last);
-        for (k, values) in block.columns.iter().enumerate().take(titles.len()) {
+        for (seen, values) in all.iter_mut().zip(&block.columns) {
             let mut joined: Vec<f64> = Vec::with_capacity(values.len());
             for (stretch, missing) in stretches.iter().zip(&missing) {
                 match missing.map(|lost| (lost >= 0.0, crate::number::count_u64(lost))) {
                     None => {}
                     Some((true, lost)) if lost <= Ladder::BRIDGED => joined.extend((0..lost).map(|_| f64::NAN)),
                     Some((forward, lost)) => {
-                        see(k, Piece::Samples(&std::mem::take(&mut joined)));
+                        seen.push(&std::mem::take(&mut joined));
                         // a clock that was set back does not say how long the gap is
-                        see(k, if forward { Piece::Missing(lost) } else { Piece::Interrupt });
+                        if forward { seen.ladder.missing(lost) } else { seen.ladder.interrupt() }
                     }
                 }
                 joined.extend_from_slice(values.part(stretch.rows.clone()));
             }
-            see(k, Piece::Samples(&joined));
+            seen.push(&joined);
         }
     }
-    Ok(clock)
+    Ok((clock, all))
 }
 
 /// A column as it is seen: its deviations, what is odd in it, and the events whose samples are missing.
@@ -135,22 +126,13 @@ impl Seen {
         Seen { ladder: Ladder::new(usize::from(per_octave)), odd: Odd::default(), events, at: 0, samples: 0 }
     }
 
-    fn see(&mut self, piece: &Piece<'_>) {
-        match piece {
-            Piece::Samples(samples) if self.events.is_empty() => {
-                self.ladder.push(samples);
-                self.odd.see(samples);
-            }
-            Piece::Samples(samples) => {
-                let left = self.without_events(samples);
-                self.ladder.push(&left);
-            }
-            Piece::Missing(count) => self.ladder.missing(*count),
-            Piece::Interrupt => self.ladder.interrupt(),
+    /// Samples; one that is not finite is missing.
+    fn push(&mut self, samples: &[f64]) {
+        if self.events.is_empty() {
+            self.ladder.push(samples);
+            self.odd.see(samples);
+            return;
         }
-    }
-
-    fn without_events(&mut self, samples: &[f64]) -> Vec<f64> {
         let mut left = samples.to_vec();
         for sample in left.iter_mut().filter(|sample| sample.is_finite()) {
             while self.events.get(self.at).is_some_and(|event| event.sample + event.length <= self.samples) {
@@ -161,22 +143,8 @@ impl Seen {
             }
             self.samples += 1;
         }
-        left
+        self.ladder.push(&left);
     }
-}
-
-/// A record as it is seen, each column without its events.
-fn seen(
-    arguments: &Arguments,
-    record: &mut Record,
-    columns: &[usize],
-    events: Vec<Vec<Event>>,
-) -> Result<(Ticks, Vec<Seen>)> {
-    let mut seen: Vec<Seen> = events.into_iter().map(|events| Seen::new(arguments.per_octave, events)).collect();
-    let clock = read(arguments, record, columns, &mut |k, piece| {
-        seen.get_mut(k).into_iter().for_each(|events| events.see(&piece));
-    })?;
-    Ok((clock, seen))
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {

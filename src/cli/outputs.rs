@@ -283,14 +283,12 @@ impl Stream {
             _ => Ok(()),
         }
     }
-}
 
-impl Stream {
     /// Let go what was held for stdout or a pipe.
     fn release(&mut self) -> std::io::Result<()> {
         match (self.held.take(), &mut self.file) {
             (Some(mut held), Some(file)) => held.copy_to(file),
-            (Some(mut held), None) if self.is_text => held.copy_to(&mut super::Visible::of(session::Stdout)),
+            (Some(mut held), None) if self.is_text => held.copy_to(&mut super::Visible::default()),
             (Some(mut held), None) => held.copy_to(&mut session::Stdout),
             (None, _) => Ok(()),
         }

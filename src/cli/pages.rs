@@ -56,15 +56,11 @@ impl Certificate {
 
     /// Make the certificate, if it is asked for; faults of the campaign are located in its source.
     pub(super) fn make(&self, fit: &Fit, report: &FitReport, campaign: &Source, lang: Language) -> Result<Texts> {
-        let mut texts = Texts::new();
-        if let (Some(path), Some(lab)) = (&self.dcc, &self.lab) {
-            let lab = wire::read_lab(&files::read(lab)?)?;
-            let found = self.as_found.as_deref().map(|path| as_found(path, report)).transpose()?;
-            let text = dcc::certificate(fit, report, found.as_ref(), &lab, lang)
-                .map_err(|error| wire::locate(error, campaign))?;
-            texts.push((path.clone(), text.into_bytes()));
-        }
-        Ok(texts)
+        let (Some(path), Some(lab)) = (&self.dcc, &self.lab) else { return Ok(Texts::new()) };
+        let lab = wire::read_lab(&files::read(lab)?)?;
+        let found = self.as_found.as_deref().map(|path| as_found(path, report)).transpose()?;
+        let text = dcc::certificate(fit, report, found.as_ref(), &lab, lang);
+        Ok(vec![(path.clone(), text.map_err(|error| wire::locate(error, campaign))?.into_bytes())])
     }
 }
 

@@ -56,7 +56,7 @@ pub(crate) use system::{known_inputs, rounding_of, stated_here_and_there};
 
 use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, DesignMatrix, Model};
-use crate::error::{Fault, Malformed, Result};
+use crate::error::{self, Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, Group, System};
 use crate::quality::{self, GlobalTest, RowQuality};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival};
@@ -437,12 +437,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
 
 /// Refuse a level that is no probability.
 pub(crate) fn check_level(level: f64) -> Result<()> {
-    if level > 0.0 && level < 1.0 {
-        return Ok(());
-    }
-    Err(Malformed::new(Fault::Value, "the level is not a probability")
-        .expected("a number between 0 and 1, for example 0.95")
-        .found(level.to_string()))
+    error::probability("level", level, "0.95")
 }
 
 /// Refuse a campaign that asks nothing, or whose numbers no fit can square.

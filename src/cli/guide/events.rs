@@ -1,8 +1,7 @@
 //! From line to line: what is accepted, and what is said.
 
 use super::journal::{Entry, Journal};
-use super::lines::{self, Line, Lines, Next, Numbered};
-use super::place::{Placed, placed};
+use super::lines::{self, Line, Lines, Next, Numbered, Placed, placed};
 use super::samples::{Samples, Step};
 use super::screen::Screen;
 use super::serve::Page;
@@ -125,8 +124,9 @@ impl Session {
 
     /// The advice; with an error, that the last line was refused.
     fn show(&mut self, advice: &Advice, refused: Option<&Malformed>) -> Result<()> {
+        let report = guide_report(advice, refused.map(ToString::to_string));
         if self.json || self.page.is_some() {
-            let line = json(&guide_report(advice, refused.map(ToString::to_string)))?;
+            let line = json(&report)?;
             if refused.is_none() {
                 self.progress.line_of_advice.clone_from(&line);
             }
@@ -139,7 +139,7 @@ impl Session {
         }
         let asked = self.asked(advice);
         if let Some(screen) = &mut self.screen {
-            return screen.step(advice, asked.as_ref(), refused.map(ToString::to_string));
+            return screen.step(report, asked.as_ref());
         }
         self.progress.line.suspend(|| match refused {
             Some(error) => {

@@ -2,11 +2,12 @@
 
 #[cfg(feature = "serial")]
 use super::port::{Came, Port};
+use super::table::State;
 use crate::bench::Bench;
 use crate::campaign::{Campaign, JointState, Label, Reading, Shared};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
-use crate::guide::Guide;
+use crate::guide::{Agreement, Guide};
 use crate::record::Record;
 use crate::wire::{self, Cell, Named, ReadingFile};
 use std::fs::File;
@@ -335,7 +336,7 @@ fn is_there(file: &File, path: &Path) -> bool {
 }
 
 /// The label that keys of a reading say.
-pub(super) fn label(cells: &ReadingFile) -> Option<String> {
+fn label(cells: &ReadingFile) -> Option<String> {
     cells.0.iter().find_map(|(key, cell)| match cell {
         Cell::Text(text) if key == "position" => Some(text.clone()),
         Cell::Number(number) if key == "position" => Some(number.to_string()),
@@ -344,7 +345,7 @@ pub(super) fn label(cells: &ReadingFile) -> Option<String> {
 }
 
 /// Is a position the one of this label, if there is one?
-pub(super) fn is_labelled(label: Option<&str>) -> impl Fn(&&Reading) -> bool {
+fn is_labelled(label: Option<&str>) -> impl Fn(&&Reading) -> bool {
     move |reading| label.is_none_or(|label| reading.position == label)
 }
 
@@ -434,4 +435,58 @@ pub(super) fn reading(
         (None, None) => guide.candidates().iter().find(same).map_or(Label::default(), |c| c.position.clone()),
     };
     Ok(Reading { position, columns: values, ..row })
+}
+
+/// Where a reading of samples belongs.
+pub(super) enum Placed {
+    Here(Reading),
+    /// Several settings agree.
+    Which(Vec<String>),
+}
+
+/// The position of a reading: what its keys say, else the one that was asked for, unless its values do not agree with that one and another does.
+///
+/// Errors: those of a reading.
+pub(super) fn placed(cells: &ReadingFile, state: State) -> Result<Placed> {
+    let State { campaign, guide, asked, .. } = state;
+    let joints = campaign.bench.joints();
+    let says =
+        |joint: &str| cells.0.iter().any(|(key, _)| key.strip_prefix(joint).is_some_and(|s| s.starts_with("_deg")));
+    let by_joints = joints.filter(|joint| says(joint)).count() > 0;
+    let named = label(cells);
+    let is_named = is_labelled(named.as_deref());
+    let settings: Vec<&Reading> = guide.candidates().iter().filter(&is_named).collect();
+    let is_stated = by_joints || named.is_some() && settings.len() < 2;
+    if is_stated || asked.is_none() && named.is_none() {
+        return reading(cells.clone(), campaign, guide, asked).map(Placed::Here);
+    }
+    let at = |base: &Reading| reading(cells.clone(), campaign, guide, Some(base));
+    if let Some(reading) = asked.filter(&is_named) {
+        let reading = at(reading)?;
+        if guide.would_agree(&reading)? != Agreement::Disagrees {
+            return Ok(Placed::Here(reading));
+        }
+    }
+    let mut possible: Vec<(Reading, Agreement)> = Vec::new();
+    for reading in settings {
+        // a setting at which the model lacks a column cannot be compared
+        if let Ok(reading) = at(reading)
+            && let Ok(found) = guide.would_agree(&reading)
+            && found != Agreement::Disagrees
+        {
+            possible.push((reading, found));
+        }
+    }
+    let agrees = possible.iter().any(|(_, found)| *found == Agreement::Agrees);
+    match (possible.as_slice(), asked.filter(&is_named)) {
+        ([(reading, _)], _) if agrees => Ok(Placed::Here(reading.clone())),
+        (several, _) if agrees => {
+            let one = |(reading, _): &(Reading, Agreement)| {
+                format!("{}: {}", reading.position, crate::guide::setting(campaign, &reading.joints))
+            };
+            Ok(Placed::Which(several.iter().map(one).collect()))
+        }
+        (_, Some(asked)) => at(asked).map(Placed::Here),
+        _ => reading(cells.clone(), campaign, guide, asked).map(Placed::Here),
+    }
 }

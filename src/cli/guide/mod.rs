@@ -3,9 +3,8 @@
 //! | file | subject |
 //! |---|---|
 //! | `journal.rs` | what was accepted and decided, written before it is shown |
-//! | `lines.rs`, `port.rs` | readings, samples and commands, line by line; from a serial port |
+//! | `lines.rs`, `port.rs` | readings, samples and commands, line by line, and where they belong; from a serial port |
 //! | `table.rs`, `samples.rs` | rows of samples; what they become: positions that are held, and their readings |
-//! | `place.rs` | where a reading of samples belongs |
 //! | `events.rs` | from line to line: what is accepted, and what is said |
 //! | `view.rs`, `screen.rs` | the advice for a person: as lines, and as one screen |
 //! | `serve.rs` | the page beside the table |
@@ -13,7 +12,6 @@
 mod events;
 mod journal;
 mod lines;
-mod place;
 #[cfg(feature = "serial")]
 mod port;
 mod samples;
@@ -23,7 +21,7 @@ mod table;
 mod view;
 
 use super::outputs::Outputs;
-use super::{Outcome, catalogue, files, log, plan as options};
+use super::{Outcome, files, log, plan as options};
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::{Ending, Guide, Settings};
 use crate::language::Language;
@@ -138,7 +136,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     let screen = arguments.view.then(|| Screen::open(&campaign.bench)).transpose()?;
     let located = |error| wire::locate(error, &source);
     files::one_device(&campaign);
-    let catalogue = catalogue::catalogue(arguments.effects.as_deref())?;
+    let catalogue = files::catalogue(arguments.effects.as_deref())?;
     let named = |text: &String| options::named_number(text, "--noise", "V=9e-4");
     let settings = Settings {
         goals: options::parse_goals(&arguments.goal, &campaign)?,

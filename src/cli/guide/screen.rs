@@ -31,19 +31,11 @@ const BAR: usize = 12;
 /// Most rows of what may be missing: the residuals keep theirs in 24 rows.
 const ROWS: usize = 6;
 
-/// What is on the screen.
-#[derive(Default)]
-struct Shown {
-    advice: Option<Advice>,
-    joints: Vec<JointState>,
-    held: Option<Held>,
-    refused: Option<String>,
-}
-
 pub(super) struct Screen {
     terminal: Terminal<CrosstermBackend<Stdout>>,
     bench: Bench,
-    shown: Shown,
+    /// What is on it, and how the joints stand in the position to set.
+    shown: Option<(GuideReport, Vec<JointState>)>,
 }
 
 impl Screen {
@@ -53,13 +45,12 @@ impl Screen {
             return Err(Malformed::new(Fault::Value, "--view needs a terminal, but standard output is not one")
                 .expected("a terminal, or the command without --view"));
         }
-        Ok(Screen { terminal: fresh().map_err(fault)?, bench: bench.clone(), shown: Shown::default() })
+        Ok(Screen { terminal: fresh().map_err(fault)?, bench: bench.clone(), shown: None })
     }
 
     /// After a step or a line that was refused: `asked` is the position of the advice.
-    pub fn step(&mut self, advice: &Advice, asked: Option<&Reading>, refused: Option<String>) -> Result<()> {
-        let joints = asked.map_or_else(Vec::new, |reading| reading.joints.to_vec());
-        self.shown = Shown { advice: Some(advice.clone()), joints, held: None, refused };
+    pub fn step(&mut self, report: GuideReport, asked: Option<&Reading>) -> Result<()> {
+        self.shown = Some((report, asked.map_or_else(Vec::new, |reading| reading.joints.to_vec())));
         // what was typed stands on the screen too; clearing by the terminal itself would ask it where its cursor is, which is answered on standard input
         self.terminal = fresh().map_err(fault)?;
         self.draw()
@@ -67,13 +58,13 @@ impl Screen {
 
     /// While a position is held.
     pub fn held(&mut self, held: &Held) -> Result<()> {
-        self.shown.held = Some(held.clone());
+        self.shown.iter_mut().for_each(|(report, _)| report.held = Some(held.clone()));
         self.draw()
     }
 
     fn draw(&mut self) -> Result<()> {
-        let (bench, shown) = (&self.bench, &self.shown);
-        let drawn = self.terminal.draw(|frame| draw(frame, bench, shown, session::language()));
+        let Some((report, joints)) = &self.shown else { return Ok(()) };
+        let drawn = self.terminal.draw(|frame| draw(frame, &self.bench, report, joints, session::language()));
         drawn.map(|_| ()).map_err(fault)
     }
 }
@@ -103,10 +94,8 @@ fn fault(error: impl std::fmt::Display) -> Malformed {
 /// Errors: no size.
 pub fn guide_screen(bench: &Bench, report: &GuideReport, joints: &[JointState], size: [u16; 2]) -> Result<String> {
     let [width, height] = size;
-    let (advice, held, refused) = (Some(report.advice.clone()), report.held.clone(), report.error.clone());
-    let shown = Shown { advice, joints: joints.to_vec(), held, refused };
     let mut terminal = Terminal::new(TestBackend::new(width, height)).map_err(fault)?;
-    terminal.draw(|frame| draw(frame, bench, &shown, Language::English)).map_err(fault)?;
+    terminal.draw(|frame| draw(frame, bench, report, joints, Language::English)).map_err(fault)?;
     let cells = terminal.backend().buffer().content();
     let lines = cells.chunks(usize::from(width).max(1));
     Ok(lines
@@ -123,26 +112,26 @@ fn titled(title: &str) -> Block<'static> {
     Block::new().borders(Borders::TOP).title(format!(" {title} "))
 }
 
-fn draw(frame: &mut Frame<'_>, bench: &Bench, shown: &Shown, lang: Language) {
+fn draw(frame: &mut Frame<'_>, bench: &Bench, report: &GuideReport, joints: &[JointState], lang: Language) {
     let [said, body, typed] =
         Layout::vertical([Constraint::Length(4), Constraint::Min(12), Constraint::Length(2)]).areas(frame.area());
-    let Some(advice) = &shown.advice else { return };
+    let advice = &report.advice;
     frame.render_widget(
-        Paragraph::new(sentences(advice, shown.refused.as_deref(), lang)).wrap(Wrap { trim: true }),
+        Paragraph::new(sentences(advice, report.error.as_deref(), lang)).wrap(Wrap { trim: true }),
         said,
     );
     let [left, right] =
         Layout::horizontal([Constraint::Percentage(46), Constraint::Percentage(54)]).spacing(2).areas(body);
-    let held = shown.held.as_ref().map_or(0, |held| 3 + rows(held.means.len()));
+    let held = report.held.as_ref().map_or(0, |held| 3 + rows(held.means.len()));
     let [next, picture, holding] =
         Layout::vertical([Constraint::Length(4), Constraint::Min(6), Constraint::Length(held)]).areas(left);
     let text = advice.next.as_ref().map_or_else(String::new, |next| view::next(next, lang));
     let set = Paragraph::new(text).style(Modifier::BOLD).wrap(Wrap { trim: true });
     frame.render_widget(set.block(titled(say!(lang, "guide-view-set"))), next);
     if advice.next.is_some() && !bench.chain.is_empty() {
-        frame.render_widget(drawing(bench, &shown.joints), picture);
+        frame.render_widget(drawing(bench, joints), picture);
     }
-    if let Some(held) = &shown.held {
+    if let Some(held) = &report.held {
         let text = Paragraph::new(view::held(held, lang)).wrap(Wrap { trim: true });
         frame.render_widget(text.block(titled(say!(lang, "guide-view-held"))), holding);
     }

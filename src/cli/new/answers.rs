@@ -49,7 +49,7 @@ impl Answers {
     pub(super) fn several<T>(
         &self,
         given: &[String],
-        (_, question): Question<'_>,
+        question: &str,
         read: impl Fn(&str) -> Result<T>,
     ) -> Result<Vec<T>> {
         let mut all = given.iter().map(|text| read(text)).collect::<Result<Vec<T>>>()?;

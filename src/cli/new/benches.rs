@@ -145,8 +145,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
                 "--chain beta:x,~dtheta_y:y (joints, and tilts with ~, from the ground to the sensor), or --chain none",
             ));
     }
-    let question =
-        ("--chain", "joints and tilts from the ground (x east, y north, z up) to the sensor, as beta:x or ~dtheta_y:y");
+    let question = "joints and tilts from the ground (x east, y north, z up) to the sensor, as beta:x or ~dtheta_y:y";
     let link = |text: &str| {
         let (kind, name) = text.strip_prefix('~').map_or(("joint", text), |name| ("tilt", name));
         match name.rsplit_once(':') {
@@ -161,7 +160,7 @@ fn own(arguments: &Arguments, answers: &Answers, columns: &[Column], stem: &str)
     let chain = answers.several(&given, question, links)?;
     let question =
         "sensors, as V [mV] = V0 + k*a_x (rates w_x, w_y, w_z and specific forces a_x, a_y, a_z in the last frame)";
-    let sensors = answers.several(&arguments.model, ("--model", question), |text| {
+    let sensors = answers.several(&arguments.model, question, |text| {
         let (name, model) = super::pair(text)?;
         let (id, unit) = title(&name);
         // a unit that is not said is that of the column

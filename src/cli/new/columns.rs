@@ -239,7 +239,7 @@ pub(super) fn positions(
     answers: &Answers,
     complete: impl Fn(&[ReadingFile]) -> Result<()>,
 ) -> Result<Vec<ReadingFile>> {
-    let question = ("--position", "positions in the order taken, or one for all, as KEY=VALUE,KEY=VALUE");
+    let question = "positions in the order taken, or one for all, as KEY=VALUE,KEY=VALUE";
     let read = |text: &str| {
         let cells = text.split(',').map(|part| {
             let (name, value) = pair(part)?;

@@ -225,7 +225,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
     };
     let parameters: Vec<(String, String)> = all.map(|parameter| (parameter.id, parameter.unit)).collect();
     let known = |given: &[String], ask: &str| -> Result<Vec<Quantity>> {
-        answers.several(given, ("--known", ask), |text| Quantity::of(text, &parameters))
+        answers.several(given, ask, |text| Quantity::of(text, &parameters))
     };
     let listed: Vec<String> = parameters.iter().map(|(id, unit)| format!("{id} [{unit}]")).collect();
     let ask = format!("known values among {} (NAME=VALUE[+-U] [UNIT]; NAME=0: not in the model)", listed.join(", "));
@@ -255,7 +255,7 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
             Err(error) if answers.asks => {
                 show_error::show(&error);
                 let ask = "starting values of estimates in which the model is not linear (NAME=VALUE [UNIT])";
-                let more = answers.several(&[], ("--start", ask), start)?;
+                let more = answers.several(&[], ask, start)?;
                 if more.is_empty() {
                     return Err(error);
                 }

@@ -1,9 +1,9 @@
 //! Options of `tumble plan` in the terms of the library.
 
-use super::super::{files, probability};
+use super::super::files;
 use super::arguments::Arguments;
 use crate::campaign::{Campaign, Kind, Readings};
-use crate::error::{Fault, Malformed, Result};
+use crate::error::{Fault, Malformed, Result, probability};
 use crate::fit::Fit;
 use crate::plan::{self, Costs, Criterion, Goal, Judgement, Noise, Progress, Refinement, Request, Term, Zone};
 use crate::report;

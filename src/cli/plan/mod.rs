@@ -65,7 +65,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let judgement = plan::judge(&campaign, &noise, &costs).map_err(located)?;
     let bar = ProgressBar::new_spinner();
     let request = request(arguments, &judgement, &bar)?;
-    let catalogue = super::catalogue::catalogue(arguments.effects.as_deref())?;
+    let catalogue = files::catalogue(arguments.effects.as_deref())?;
     let foresee = |schedule: &Campaign| {
         // a column of every effect for every value: beyond this, gigabytes
         if schedule.readings.rows.len().saturating_mul(schedule.bench.sensors.len()) > MOST_FORESEEN {
