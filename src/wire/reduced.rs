@@ -179,12 +179,8 @@ impl Schedule {
     ///
     /// Errors: labels of which some are positions and some are not; another number of segments than of positions.
     pub(crate) fn pair(&self, labels: &[String]) -> Result<Vec<usize>> {
-        let text = |row: &ReadingFile| match row.get("position") {
-            Some(Cell::Text(text)) => text.clone(),
-            Some(Cell::Number(number)) => number.to_string(),
-            _ => String::new(),
-        };
-        let positions: Vec<String> = self.rows.iter().map(text).collect();
+        let label = |row: &ReadingFile| row.get("position").map_or(String::new(), Cell::written);
+        let positions: Vec<String> = self.rows.iter().map(label).collect();
         assigned(&positions, &|a, b| self.rows.get(a).map(|row| &row.0) == self.rows.get(b).map(|row| &row.0), labels)
     }
 
@@ -364,7 +360,7 @@ impl CampaignFile {
         let mut positions = samples.positions;
         let path = if positions.is_empty() { "readings" } else { "readings.positions" };
         if positions.is_empty() {
-            positions.push(Named(Vec::new()));
+            positions.push(Named::default());
         }
         let file = CampaignFile { readings: ReadingsRef::Inline(positions), ..self.clone() };
         let mut schedule = Schedule::new(file, bench.clone(), path)?;
