@@ -237,15 +237,6 @@ struct Scratch {
     old: Vec<Int96>,
 }
 
-impl std::fmt::Debug for Columnar {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Columnar")
-            .field("name", &self.head.name)
-            .field("columns", &self.head.columns)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Columnar {
     /// Open a file.
     ///
@@ -549,19 +540,6 @@ fn numbers(
     kind: As,
     times: &mut Times,
 ) -> Read {
-    if let ColumnReader::DoubleColumnReader(r) = reader {
-        let Scratch { levels, doubles, .. } = scratch;
-        doubles.clear();
-        levels.clear();
-        r.read_records(ROWS, Some(levels), None, doubles)?;
-        if doubles.len() == levels.len() || levels.is_empty() {
-            // no row is without a value: the column is handed over as it is
-            std::mem::swap(to, doubles);
-        } else {
-            place(doubles, levels, levels.iter().copied().max().unwrap_or(1).max(1), to, |v| *v);
-        }
-        return Ok(());
-    }
     // what is no number is a fault, but in a cell
     let mut unread = None;
     values(reader, scratch, to, |value| match value {
@@ -593,32 +571,23 @@ fn labels(
     meaning: Meaning,
     labels: &mut Labels,
 ) -> Read {
-    // each value is written once
-    let mut written: HashMap<u64, f64> = HashMap::new();
+    // a value that repeats is written once
     let mut last: Option<(u64, f64)> = None;
     let mut label = |key: u64, text: &dyn Fn() -> String, labels: &mut Labels| match last {
         Some((known, number)) if known == key => number,
         _ => {
-            let number = *written.entry(key).or_insert_with(|| labels.number_of(text().as_bytes()));
+            let number = labels.number_of(text().as_bytes());
             last = Some((key, number));
             number
         }
     };
-    // rows of one dictionary entry lie at one place, as long as they are read together
-    let mut at = (std::ptr::null(), 0, f64::NAN);
     values(reader, scratch, to, |value| match value {
         Value::Whole(value, bits) => label(bits, &|| meaning.text(value, bits), labels),
         Value::Real(value) => label(value.to_bits(), &|| value.to_string(), labels),
         Value::Nanoseconds(value) => label(value.cast_unsigned(), &|| meaning.text(value, 0), labels),
-        Value::Bytes(data) => {
-            if at.0 != data.as_ptr() || at.1 != data.len() {
-                let number = match meaning.bytes_text(data) {
-                    Some(text) => labels.number(text.as_bytes()),
-                    None => labels.number(data),
-                };
-                at = (data.as_ptr(), data.len(), number);
-            }
-            at.2
-        }
+        Value::Bytes(data) => match meaning.bytes_text(data) {
+            Some(text) => labels.number(text.as_bytes()),
+            None => labels.number(data),
+        },
     })
 }
