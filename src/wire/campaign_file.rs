@@ -2,7 +2,6 @@
 
 use super::constraint_file::ConstraintFile;
 use super::limits_file::{self, LimitFile};
-use super::locate::in_source;
 use super::readings_file::{ReadingFile, read_rows};
 use super::shapes::shapes;
 use super::{
@@ -409,5 +408,5 @@ pub(super) fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
             .found(error.what().to_string())
             .at_path("bench")
     })?;
-    read_bench(&source).map_err(|e| in_source(e, &source))
+    read_bench(&source)
 }

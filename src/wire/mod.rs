@@ -131,10 +131,7 @@ impl Source {
             Err(error) => {
                 let at = error.utf8_error().valid_up_to();
                 let bytes = error.into_bytes();
-                let before = bytes.part(..at);
-                let line = 1 + before.iter().filter(|b| **b == b'\n').count();
-                let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
-                let column = 1 + String::from_utf8_lossy(before.part(start..)).chars().count();
+                let (line, column) = line_and_column(&String::from_utf8_lossy(bytes.part(..at)), at);
                 let byte = bytes.get(at).copied().unwrap_or_default(); // there is one: what stood before it is not all
                 Err(Malformed::new(Fault::Syntax, "the file is not UTF-8 text")
                     .expected("UTF-8 (in a spreadsheet: save as 'CSV UTF-8')")

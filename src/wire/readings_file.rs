@@ -242,9 +242,8 @@ fn place_of(rows: &impl CellRows, column: &str) -> Result<Place> {
 pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings> {
     let joints: Vec<&str> = bench.joints().collect();
     let names = rows.keys();
-    let key = |name: &&'_ str| Key { name: "", meaning: meaning(bench, name), column: None };
-    let mut keys: Vec<Key<'_>> = names.iter().map(key).collect();
-    keys.iter_mut().zip(&names).for_each(|(key, name)| key.name = name);
+    let mut keys: Vec<Key<'_>> =
+        names.iter().map(|name| Key { name, meaning: meaning(bench, name), column: None }).collect();
     // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
     let mut columns: Vec<String> = Vec::new();
     let mut count = 0_usize;

@@ -129,7 +129,7 @@ pub(crate) fn read_rows_of<'a>(
     folder: &'a mut dyn Folder,
     settings: Option<&Settings>,
 ) -> Result<(Campaign, RecordRows<'a>, Sample)> {
-    let at = |error: Malformed| if error.place().file.is_empty() { locate(error, source) } else { error };
+    let at = |error: Malformed| locate(error, source);
     let (bench, samples) = file.rows(folder).map_err(at)?;
     let mut rows = RecordRows::new(bench.clone(), file, samples, folder).map_err(at)?;
     let campaign = |readings: &Readings| file.clone().with(bench.clone(), readings.clone()).map_err(at);

@@ -4,7 +4,7 @@ use super::campaign_file::{CampaignFile, KnownEntry, ReadingsRef};
 use super::columns::{key_unit, of_title};
 use super::readings_file::{self, Cell, ReadingFile, Written};
 use super::samples_file::SamplesFile;
-use super::{Fetch, Folder, Named, Source, kind, locate, parse};
+use super::{Fetch, Folder, Named, Source, campaign_of, locate};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::{Bench, Sensor};
 use crate::campaign::{Place, Readings};
@@ -14,7 +14,7 @@ use crate::record::Column;
 use crate::units::Conversion;
 
 /// Most segments, and most stretches that are not used, of which is said what is odd in them.
-const TOLD: usize = 10;
+pub(super) const TOLD: usize = 10;
 
 /// Relative change of a solution that counts for none.
 const SAME: f64 = 1e-9;
@@ -44,7 +44,7 @@ pub struct Schedule {
 ///
 /// Errors as [`super::read_campaign`]; readings that stand in a file of their own.
 pub fn read_schedule(source: &Source, fetch: Fetch<'_>) -> Result<Schedule> {
-    let file: CampaignFile = parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))?;
+    let file = campaign_of(source)?;
     let bench = file.resolved_bench(fetch).map_err(|error| locate::in_source(error, source))?;
     Schedule::new(file, bench, "readings").map_err(|error| locate::in_source(error, source))
 }
