@@ -4,7 +4,7 @@
 
 use super::Format;
 use super::held::Held;
-use super::mcap::{Bytes, LONGEST, Serial, Topic, choose, imu};
+use super::mcap::{Bytes, LONGEST, Serial, Topic, choose, imu, invalid};
 use crate::error::{Fault, Malformed, Result};
 use std::collections::HashMap;
 use std::io::{self, BufRead, Read};
@@ -28,10 +28,6 @@ pub(super) fn open(name: &str, mut from: impl BufRead, table: Option<&str>) -> R
             .in_file(name)
     })?;
     choose(name, topics.into_values().collect(), table)
-}
-
-fn invalid(what: impl Into<String>) -> io::Error {
-    io::Error::new(io::ErrorKind::InvalidData, what.into())
 }
 
 fn read(from: &mut impl BufRead, topics: &mut HashMap<u32, Topic>) -> io::Result<()> {

@@ -7,8 +7,8 @@ use super::times::Times;
 use super::{As, Block, Column, Head, Labels, UNREADABLE};
 use crate::error::{Fault, Malformed, Result};
 use parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type};
-use parquet::column::reader::ColumnReader;
-use parquet::data_type::{ByteArray, FixedLenByteArray, Int96};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::ColumnDescriptor;
@@ -29,7 +29,6 @@ pub(super) struct Columnar {
     open: Vec<Open>,
     /// The first time of columns of times.
     since: HashMap<usize, f64>,
-    scratch: Scratch,
 }
 
 /// What the values of a column say, by its logical type.
@@ -222,30 +221,6 @@ enum Open {
     Unread(usize, String),
 }
 
-#[derive(Default)]
-struct Scratch {
-    levels: Vec<i16>,
-    doubles: Vec<f64>,
-    floats: Vec<f32>,
-    ints: Vec<i32>,
-    longs: Vec<i64>,
-    bools: Vec<bool>,
-    /// A text that was met where numbers are expected.
-    no_number: Option<String>,
-    bytes: Vec<ByteArray>,
-    fixed: Vec<FixedLenByteArray>,
-    old: Vec<Int96>,
-}
-
-impl std::fmt::Debug for Columnar {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Columnar")
-            .field("name", &self.head.name)
-            .field("columns", &self.head.columns)
-            .finish_non_exhaustive()
-    }
-}
-
 impl Columnar {
     /// Open a file.
     ///
@@ -288,7 +263,6 @@ impl Columnar {
             group: 0,
             open: Vec::new(),
             since: Default::default(),
-            scratch: Scratch::default(),
         })
     }
 
@@ -380,6 +354,8 @@ impl Columnar {
             for (((column, kind), reader), to) in wanted {
                 let meaning = self.meanings.get(*column).copied().unwrap_or(Meaning::Plain);
                 let title = self.head.columns.get(*column).map_or("", |c| c.title.as_str());
+                // a text that was met where numbers are expected
+                let mut no_number: Option<String> = None;
                 match (kind, reader) {
                     (kind, Open::Unread(rows, values)) => {
                         let count = (*rows).min(ROWS);
@@ -401,12 +377,11 @@ impl Columnar {
                         }
                     }),
                     (As::Mixed, Open::Values(reader)) if !meaning.is_number_of(reader) => {
-                        labels(reader, &mut self.scratch, to, meaning, &mut self.head.labels)
-                            .map(|()| mixed(to, &self.head.labels.texts))
+                        labels(reader, to, meaning, &mut self.head.labels).map(|()| mixed(to, &self.head.labels.texts))
                     }
                     (As::Written, Open::Values(reader)) if matches!(**reader, ColumnReader::Int64ColumnReader(_)) => {
                         let written = &mut block.written;
-                        values(reader, &mut self.scratch, to, |value| match value {
+                        values(reader, to, |value| match value {
                             Value::Whole(_, bits) if meaning == Meaning::Unsigned => {
                                 written.push(bits.to_string().bytes())
                             }
@@ -415,10 +390,11 @@ impl Columnar {
                         })
                     }
                     (As::Label | As::Written, Open::Values(reader)) => {
-                        labels(reader, &mut self.scratch, to, meaning, &mut self.head.labels)
+                        labels(reader, to, meaning, &mut self.head.labels)
                     }
                     (_, Open::Values(reader)) => {
-                        let read = numbers(reader, &mut self.scratch, to, meaning, *kind, &mut self.head.times);
+                        let times = &mut self.head.times;
+                        let read = numbers(reader, to, meaning, *kind, times, &mut no_number);
                         // readings have times since the first, as of a table of text
                         if matches!(kind, As::Mixed | As::Cell) && matches!(meaning, Meaning::Time(..) | Meaning::Date)
                         {
@@ -431,7 +407,7 @@ impl Columnar {
                     }
                 }
                 .map_err(|error| fault(&self.head.name, &error).at_path(title))?;
-                if let Some(text) = self.scratch.no_number.take() {
+                if let Some(text) = no_number {
                     return Err(Malformed::new(
                         Fault::Value,
                         format!("a cell of the column '{title}' is not a number"),
@@ -487,16 +463,23 @@ fn damaged(name: &str) -> Malformed {
 
 type Read = std::result::Result<(), ParquetError>;
 
-/// Values to their rows; rows without one are NaN.
-fn place<T>(values: &[T], levels: &[i16], highest: i16, to: &mut Vec<f64>, mut number: impl FnMut(&T) -> f64) {
+/// The next values of a column in their rows; rows without one are NaN.
+fn rows<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    to: &mut Vec<f64>,
+    mut number: impl FnMut(&T::T) -> f64,
+) -> Read {
+    let (mut levels, mut values) = (Vec::new(), Vec::new());
+    reader.read_records(ROWS, Some(&mut levels), None, &mut values)?;
     if values.len() == levels.len() || levels.is_empty() {
         to.extend(values.iter().map(number));
-        return;
+        return Ok(());
     }
-    let mut values = values.iter();
+    let (highest, mut values) = (levels.iter().copied().max().unwrap_or(0).max(1), values.iter());
     to.extend(
         levels.iter().map(|l| if *l == highest { values.next().map_or(f64::NAN, &mut number) } else { f64::NAN }),
     );
+    Ok(())
 }
 
 /// A value as it is stored.
@@ -510,61 +493,30 @@ enum Value<'a> {
 }
 
 /// The next values of a column as numbers.
-fn values(
-    reader: &mut ColumnReader,
-    scratch: &mut Scratch,
-    to: &mut Vec<f64>,
-    mut number: impl FnMut(Value<'_>) -> f64,
-) -> Read {
-    let Scratch { levels, doubles, floats, ints, longs, bools, bytes, fixed, old, .. } = scratch;
-    macro_rules! read {
-        ($reader:expr, $buffer:expr, $item:ident => $value:expr) => {{
-            $buffer.clear();
-            levels.clear();
-            $reader.read_records(ROWS, Some(levels), None, $buffer)?;
-            let highest = levels.iter().copied().max().unwrap_or(0).max(1);
-            place($buffer, levels, highest, to, |$item| number($value));
-        }};
-    }
+fn values(reader: &mut ColumnReader, to: &mut Vec<f64>, mut number: impl FnMut(Value<'_>) -> f64) -> Read {
     match reader {
-        ColumnReader::DoubleColumnReader(r) => read!(r, doubles, v => Value::Real(*v)),
-        ColumnReader::FloatColumnReader(r) => read!(r, floats, v => Value::Real(f64::from(*v))),
+        ColumnReader::DoubleColumnReader(r) => rows(r, to, |v| number(Value::Real(*v))),
+        ColumnReader::FloatColumnReader(r) => rows(r, to, |v| number(Value::Real(f64::from(*v)))),
         ColumnReader::Int32ColumnReader(r) => {
-            read!(r, ints, v => Value::Whole(i64::from(*v), u64::from(v.cast_unsigned())))
+            rows(r, to, |v| number(Value::Whole(i64::from(*v), u64::from(v.cast_unsigned()))))
         }
-        ColumnReader::Int64ColumnReader(r) => read!(r, longs, v => Value::Whole(*v, v.cast_unsigned())),
-        ColumnReader::BoolColumnReader(r) => read!(r, bools, v => Value::Whole(i64::from(*v), u64::from(*v))),
-        ColumnReader::Int96ColumnReader(r) => read!(r, old, v => Value::Nanoseconds(v.to_nanos())),
-        ColumnReader::ByteArrayColumnReader(r) => read!(r, bytes, v => Value::Bytes(v.data())),
-        ColumnReader::FixedLenByteArrayColumnReader(r) => read!(r, fixed, v => Value::Bytes(v.data())),
+        ColumnReader::Int64ColumnReader(r) => rows(r, to, |v| number(Value::Whole(*v, v.cast_unsigned()))),
+        ColumnReader::BoolColumnReader(r) => rows(r, to, |v| number(Value::Whole(i64::from(*v), u64::from(*v)))),
+        ColumnReader::Int96ColumnReader(r) => rows(r, to, |v| number(Value::Nanoseconds(v.to_nanos()))),
+        ColumnReader::ByteArrayColumnReader(r) => rows(r, to, |v| number(Value::Bytes(v.data()))),
+        ColumnReader::FixedLenByteArrayColumnReader(r) => rows(r, to, |v| number(Value::Bytes(v.data()))),
     }
-    Ok(())
 }
 
 fn numbers(
     reader: &mut ColumnReader,
-    scratch: &mut Scratch,
     to: &mut Vec<f64>,
     meaning: Meaning,
     kind: As,
     times: &mut Times,
+    no_number: &mut Option<String>,
 ) -> Read {
-    if let ColumnReader::DoubleColumnReader(r) = reader {
-        let Scratch { levels, doubles, .. } = scratch;
-        doubles.clear();
-        levels.clear();
-        r.read_records(ROWS, Some(levels), None, doubles)?;
-        if doubles.len() == levels.len() || levels.is_empty() {
-            // no row is without a value: the column is handed over as it is
-            std::mem::swap(to, doubles);
-        } else {
-            place(doubles, levels, levels.iter().copied().max().unwrap_or(1).max(1), to, |v| *v);
-        }
-        return Ok(());
-    }
-    // what is no number is a fault, but in a cell
-    let mut unread = None;
-    values(reader, scratch, to, |value| match value {
+    values(reader, to, |value| match value {
         Value::Whole(value, bits) => meaning.whole(value, bits),
         Value::Real(value) => value,
         Value::Nanoseconds(value) => value as f64 / 1e9,
@@ -575,50 +527,34 @@ fn numbers(
                 _ => super::number::number(data, b'.'),
             };
             meaning.bytes(data).or_else(written).unwrap_or_else(|| {
+                // what is no number is a fault, but in a cell
                 if kind != As::Cell {
-                    unread.get_or_insert_with(|| text().chars().take(40).collect::<String>());
+                    no_number.get_or_insert_with(|| text().chars().take(40).collect());
                 }
                 UNREADABLE
             })
         }
-    })?;
-    scratch.no_number = unread;
-    Ok(())
+    })
 }
 
-fn labels(
-    reader: &mut ColumnReader,
-    scratch: &mut Scratch,
-    to: &mut Vec<f64>,
-    meaning: Meaning,
-    labels: &mut Labels,
-) -> Read {
-    // each value is written once
-    let mut written: HashMap<u64, f64> = HashMap::new();
+fn labels(reader: &mut ColumnReader, to: &mut Vec<f64>, meaning: Meaning, labels: &mut Labels) -> Read {
+    // a value that repeats is written once
     let mut last: Option<(u64, f64)> = None;
     let mut label = |key: u64, text: &dyn Fn() -> String, labels: &mut Labels| match last {
         Some((known, number)) if known == key => number,
         _ => {
-            let number = *written.entry(key).or_insert_with(|| labels.number_of(text().as_bytes()));
+            let number = labels.number_of(text().as_bytes());
             last = Some((key, number));
             number
         }
     };
-    // rows of one dictionary entry lie at one place, as long as they are read together
-    let mut at = (std::ptr::null(), 0, f64::NAN);
-    values(reader, scratch, to, |value| match value {
+    values(reader, to, |value| match value {
         Value::Whole(value, bits) => label(bits, &|| meaning.text(value, bits), labels),
         Value::Real(value) => label(value.to_bits(), &|| value.to_string(), labels),
         Value::Nanoseconds(value) => label(value.cast_unsigned(), &|| meaning.text(value, 0), labels),
-        Value::Bytes(data) => {
-            if at.0 != data.as_ptr() || at.1 != data.len() {
-                let number = match meaning.bytes_text(data) {
-                    Some(text) => labels.number(text.as_bytes()),
-                    None => labels.number(data),
-                };
-                at = (data.as_ptr(), data.len(), number);
-            }
-            at.2
-        }
+        Value::Bytes(data) => match meaning.bytes_text(data) {
+            Some(text) => labels.number(text.as_bytes()),
+            None => labels.number(data),
+        },
     })
 }

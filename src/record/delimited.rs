@@ -1,9 +1,9 @@
 //! A table of text in blocks: each cell is read once, where it stands.
 
-use super::dialect::{Line, cell_place, is_blank, is_remark, row_end, written_cells};
+use super::dialect::{cell_place, is_blank, is_remark, row_end, without_break, written_cells};
 use super::number::{leading, number};
 use super::times::WrittenTimes;
-use super::{As, Block, Dialect, Head, Labels, RAGGED, UNREADABLE, text, text_cell};
+use super::{As, Block, Dialect, Head, RAGGED, UNREADABLE, text};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use std::collections::HashMap;
@@ -43,15 +43,6 @@ pub(super) struct Delimited {
     line: u64,
     /// Columns of written times among readings.
     since: HashMap<usize, WrittenTimes>,
-}
-
-impl std::fmt::Debug for Delimited {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Delimited")
-            .field("name", &self.head.name)
-            .field("dialect", &self.dialect)
-            .finish_non_exhaustive()
-    }
 }
 
 impl Delimited {
@@ -206,7 +197,7 @@ impl Delimited {
             let end = end.or_else(|quoted| plain.filter(|_| quoted).ok_or(quoted));
             let row = rest.part(..end.unwrap_or(rest.len()));
             self.line += 1;
-            self.slow(row.without_break(), block, end.is_err())?;
+            self.slow(without_break(row), block, end.is_err())?;
             self.line += row.iter().filter(|b| **b == b'\n').count().saturating_sub(1) as u64;
             rest = rest.part(row.len()..);
         }
@@ -222,6 +213,12 @@ impl Delimited {
         }
         let mut at = 0;
         let width = self.wanted.len();
+        // a cell that no quote stands in
+        let cell_at = |at: usize| {
+            let rest = text.get(at..)?;
+            let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
+            rest.get(..length).filter(|_| rest.get(length) != Some(&b'"'))
+        };
         for (column, wanted) in self.wanted.iter().take(self.needed).enumerate() {
             let begin = at;
             while text.get(at) == Some(&b' ') {
@@ -245,19 +242,14 @@ impl Delimited {
                     at += length;
                 }
                 (Some((place, As::Label | As::Time | As::Mixed | As::Written)), _) => {
-                    let rest = text.get(at..)?;
-                    let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
-                    let cell = rest.get(..length)?;
-                    if rest.get(length) == Some(&b'"') {
-                        return None;
-                    }
-                    let cell = cell.trim_ascii();
+                    let cell = cell_at(at)?;
+                    let (cell, length) = (cell.trim_ascii(), cell.len());
                     let value = match wanted {
                         Some((_, As::Time)) => match leading(cell, mark) {
                             Some((value, length)) if length == cell.len() => value,
                             _ => self.head.times.seconds(cell)?,
                         },
-                        Some((_, As::Mixed)) => mixed(&mut self.head.labels, cell, mark),
+                        Some((_, As::Mixed)) => self.head.labels.mixed(cell, mark),
                         Some((_, As::Written)) => written(&mut block.written, cell, mark),
                         _ => {
                             let written = text.get(begin..at + length)?;
@@ -267,14 +259,7 @@ impl Delimited {
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
                 }
-                (None, _) => {
-                    let rest = text.get(at..)?;
-                    let length = rest.iter().position(|b| *b == delimiter || matches!(*b, b'\n' | b'"'))?;
-                    if rest.get(length) == Some(&b'"') {
-                        return None;
-                    }
-                    at += length;
-                }
+                (None, _) => at += cell_at(at)?.len(),
             }
             let more = column + 1 < width;
             // empty cells behind the last column are none
@@ -346,7 +331,7 @@ impl Delimited {
                 As::Label => self.head.labels.trimmed(&written_cell),
                 _ if is_ragged => continue,
                 As::Number => number(cell, mark).ok_or_else(|| self.no_number(k, cell, line))?,
-                As::Mixed => mixed(&mut self.head.labels, cell, mark),
+                As::Mixed => self.head.labels.mixed(cell, mark),
                 As::Written => written(&mut block.written, cell, mark),
                 As::Time => match number(cell, mark) {
                     Some(value) => value,
@@ -397,15 +382,6 @@ impl Delimited {
             .at_cell(crate::number::index(self.line) + lines, place)
             .at_path(title)
             .in_file(&self.head.name)
-    }
-}
-
-/// A number, or else a text; a word that says that nothing was read is a text.
-fn mixed(labels: &mut Labels, cell: &[u8], mark: u8) -> f64 {
-    match number(cell, mark) {
-        _ if cell.is_empty() => f64::NAN,
-        Some(value) if !value.is_nan() => value,
-        _ => text_cell(labels.number(cell)),
     }
 }
 

@@ -85,24 +85,17 @@ pub(super) fn rows(mut text: &[u8]) -> Vec<(usize, &[u8])> {
         let end = if is_remark(text.part(..plain), UNKNOWN) { Ok(plain) } else { row_end(text) };
         let end = end.unwrap_or_else(|quoted| if quoted { plain } else { text.len() });
         let (row, rest) = text.split_at(end);
-        found.push((line, row.without_break()));
+        found.push((line, without_break(row)));
         line += row.iter().filter(|b| **b == b'\n').count();
         text = rest;
     }
     found
 }
 
-/// A line without its break.
-pub(super) trait Line {
-    /// Without `\n` or `\r\n` at its end.
-    fn without_break(&self) -> &[u8];
-}
-
-impl Line for [u8] {
-    fn without_break(&self) -> &[u8] {
-        let line = self.strip_suffix(b"\n").unwrap_or(self);
-        line.strip_suffix(b"\r").unwrap_or(line)
-    }
+/// A line without `\n` or `\r\n` at its end.
+pub(super) fn without_break(line: &[u8]) -> &[u8] {
+    let line = line.strip_suffix(b"\n").unwrap_or(line);
+    line.strip_suffix(b"\r").unwrap_or(line)
 }
 
 /// The cells of a row; quotes keep a delimiter or a line break inside a cell, and are taken off.

@@ -14,14 +14,8 @@ pub(super) const SHORT: usize = 10;
 /// Most tables that a message lists.
 const LISTED: usize = 12;
 
-/// A numeric column of a file.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Numbers {
-    /// The column.
-    pub column: Column,
-    /// Its values.
-    pub values: Vec<f64>,
-}
+/// A numeric column of a file, and its values.
+pub(super) type Numbers = (Column, Vec<f64>);
 
 /// One of a file's tables.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -34,11 +28,11 @@ pub(super) struct Sheet {
 
 impl Sheet {
     fn rows(&self) -> usize {
-        self.columns.first().map_or(0, |column| column.values.len())
+        self.columns.first().map_or(0, |(_, values)| values.len())
     }
 
     fn told(&self) -> String {
-        let titles: Vec<&str> = self.columns.iter().map(|column| column.column.title.as_str()).take(8).collect();
+        let titles: Vec<&str> = self.columns.iter().map(|(column, _)| column.title.as_str()).take(8).collect();
         let more = if self.columns.len() > titles.len() { ", ..." } else { "" };
         format!("'{}' ({} rows: {}{more})", self.name, self.rows(), titles.join(", "))
     }
@@ -71,7 +65,7 @@ impl Held {
     pub(super) fn choose(name: &str, what: &str, sheets: Vec<Sheet>, wanted: Option<&str>) -> Result<Held> {
         let place = choose(name, what, &sheets, wanted)?;
         let sheet = sheets.into_iter().nth(place).unwrap_or_default();
-        let columns = sheet.columns.into_iter().map(|column| (column.column, Cells::Numbers(column.values))).unzip();
+        let columns = sheet.columns.into_iter().map(|(column, values)| (column, Cells::Numbers(values))).unzip();
         Held::with(name, columns)
     }
 
@@ -195,10 +189,7 @@ fn texts<'a>(
         to.push(match (text.trim(), kind) {
             ("", _) => f64::NAN,
             (_, As::Label | As::Written) => labels.number(text.as_bytes()),
-            (cell, As::Mixed) => match super::number::number(cell.as_bytes(), b'.') {
-                Some(value) if !value.is_nan() => value,
-                _ => super::text_cell(labels.number(cell.as_bytes())),
-            },
+            (cell, As::Mixed) => labels.mixed(cell.as_bytes(), b'.'),
             // a written time since the first, as of a table of text
             (cell, As::Cell) => cell.parse().ok().or_else(|| since.since_first(cell)).unwrap_or(UNREADABLE),
             (cell, As::Number) => cell.parse().map_err(|_| text.as_str())?,
@@ -300,7 +291,7 @@ fn columns(array: &Array, length: usize) -> Vec<Numbers> {
             true => array.values.get(k * length..(k + 1) * length).map(<[f64]>::to_vec).unwrap_or_default(),
             false => array.values.iter().skip(k).step_by(width.max(1)).copied().collect(),
         };
-        Numbers { column: Column { title: name.clone(), name, unit: array.unit.clone() }, values }
+        (Column { title: name.clone(), name, unit: array.unit.clone() }, values)
     };
     (0..width).map(column).collect()
 }

@@ -4,7 +4,7 @@
 //! passed over. Times are those of the messages' heads, in seconds since the first; where these are all zero, those of the log.
 
 use super::Column;
-use super::held::{Held, Numbers, Sheet};
+use super::held::{Held, Sheet};
 use crate::error::{Fault, Malformed, Result};
 use std::collections::HashMap;
 use std::io::{self, BufRead, Read};
@@ -42,6 +42,11 @@ pub(super) fn open(name: &str, mut from: impl BufRead, table: Option<&str>) -> R
             .in_file(name)
     })?;
     choose(name, log.topics.into_values().collect(), table)
+}
+
+/// A fault of a log.
+pub(super) fn invalid(what: impl Into<String>) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, what.into())
 }
 
 /// The topic that is meant, of those of a log.
@@ -91,11 +96,10 @@ impl Topic {
         let first = rows.first().map_or(0, |(at, _)| *at);
         let time = rows.iter().map(|(at, _)| (at - first) as f64 / 1e9).collect();
         let column = |name: &str, unit: &str| Column { name: name.into(), title: name.into(), unit: Some(unit.into()) };
-        let mut columns = vec![Numbers { column: column("time_s", "s"), values: time }];
-        for (k, (name, unit)) in COLUMNS.iter().enumerate() {
-            let values = rows.iter().filter_map(|(_, row)| row.get(k).copied()).collect();
-            columns.push(Numbers { column: column(name, unit), values });
-        }
+        let mut columns = vec![(column("time_s", "s"), time)];
+        columns.extend(COLUMNS.iter().enumerate().map(|(k, (name, unit))| {
+            (column(name, unit), rows.iter().filter_map(|(_, row)| row.get(k).copied()).collect())
+        }));
         Sheet { name: self.name, columns }
     }
 }
@@ -112,7 +116,7 @@ impl Log {
         let mut magic = [0_u8; 8];
         from.read_exact(&mut magic)?;
         if magic != MAGIC {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, "another version of the format"));
+            return Err(invalid("another version of the format"));
         }
         let mut data = Vec::new();
         let mut sum = crc32fast::Hasher::new();
@@ -123,7 +127,7 @@ impl Log {
             let [kind, length @ ..] = head;
             let length = u64::from_le_bytes(length);
             if length > LONGEST {
-                return Err(io::Error::new(io::ErrorKind::InvalidData, format!("a record of {length} bytes")));
+                return Err(invalid(format!("a record of {length} bytes")));
             }
             data.clear();
             if from.by_ref().take(length).read_to_end(&mut data)? as u64 != length {
@@ -137,8 +141,7 @@ impl Log {
                 DATA_END => {
                     let said = data.first_chunk::<4>().map_or(0, |bytes| u32::from_le_bytes(*bytes));
                     if said != 0 && sum.finalize() != said {
-                        let damaged = "data whose checksum (CRC) is another one: the file is damaged";
-                        return Err(io::Error::new(io::ErrorKind::InvalidData, damaged));
+                        return Err(invalid("data whose checksum (CRC) is another one: the file is damaged"));
                     }
                     return Ok(());
                 }
@@ -168,19 +171,14 @@ impl Log {
             "lz4" => {
                 lz4_flex::frame::FrameDecoder::new(packed).take(LONGEST).read_to_end(&mut plain)?;
             }
-            other => {
-                return Err(io::Error::new(io::ErrorKind::InvalidData, format!("a chunk compressed by '{other}'")));
-            }
+            other => return Err(invalid(format!("a chunk compressed by '{other}'"))),
         }
         if plain.len() as u64 != size {
-            return Err(io::Error::new(io::ErrorKind::InvalidData, "a chunk of another size than it says"));
+            return Err(invalid("a chunk of another size than it says"));
         }
         // 0: the writer left it out
         if sum != 0 && crc32fast::hash(&plain) != sum {
-            return Err(io::Error::new(
-                io::ErrorKind::InvalidData,
-                "a chunk whose checksum (CRC) is another one: the file is damaged",
-            ));
+            return Err(invalid("a chunk whose checksum (CRC) is another one: the file is damaged"));
         }
         let mut at = Bytes(&plain);
         while !at.0.is_empty() {
@@ -229,7 +227,7 @@ impl Log {
             })(),
             _ => Some(()),
         };
-        read.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "a record that ends too early"))
+        read.ok_or_else(|| invalid("a record that ends too early"))
     }
 }
 

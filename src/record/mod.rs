@@ -222,10 +222,14 @@ pub const UNREADABLE: f64 = f64::from_bits(0x7FF8_0000_00C0_FFEE);
 pub(crate) const RAGGED: f64 = f64::from_bits(0x7FF8_0000_00C0_11ED);
 
 /// An open record.
-#[derive(Debug)]
 pub struct Record(Source);
 
-#[derive(Debug)]
+impl std::fmt::Debug for Record {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Record").field(self.head()).finish()
+    }
+}
+
 enum Source {
     Text(Delimited),
     #[cfg(feature = "parquet")]
@@ -573,6 +577,15 @@ impl Labels {
             self.blanks_differ.push(place);
         }
         number
+    }
+
+    /// A number, or else a text; a word that says that nothing was read is a text.
+    fn mixed(&mut self, cell: &[u8], mark: u8) -> f64 {
+        match number::number(cell, mark) {
+            _ if cell.is_empty() => f64::NAN,
+            Some(value) if !value.is_nan() => value,
+            _ => text_cell(self.number(cell)),
+        }
     }
 
     fn number(&mut self, cell: &[u8]) -> f64 {

@@ -3,7 +3,7 @@
 //! The layout is that of the PX4 guide (File Format, ULog). A log ends where the power did: a last message that is cut off is left out.
 
 use super::Column;
-use super::held::{Held, Numbers, Sheet};
+use super::held::{Held, Sheet};
 use crate::error::{Fault, Malformed, Result};
 use std::collections::{BTreeMap, HashMap};
 
@@ -37,7 +37,7 @@ pub(super) fn open(name: &str, bytes: &[u8], table: Option<&str>) -> Result<Held
     let sheet = |topic: Topic| {
         let column = |((title, ..), values): (Field, Vec<f64>)| {
             let unit = (title == "timestamp").then(|| "us".to_string());
-            Numbers { column: Column { name: title.clone(), title, unit }, values }
+            (Column { name: title.clone(), title, unit }, values)
         };
         Sheet { name: topic.name, columns: topic.fields.into_iter().zip(topic.values).map(column).collect() }
     };

@@ -127,6 +127,13 @@ pub struct DerivedLine {
 }
 
 impl DerivedFile {
+    pub(super) fn of(line: String, unit: Option<String>) -> Self {
+        match unit {
+            None => DerivedFile::Line(line),
+            unit => DerivedFile::InUnit(DerivedLine { line, unit }),
+        }
+    }
+
     /// The line, the path of the line below the quantity's own, and the unit.
     pub(super) fn parts(self) -> (String, &'static str, Option<String>) {
         match self {
@@ -184,15 +191,6 @@ fn derived_quantity(id: String, file: DerivedFile) -> Result<DerivedQuantity> {
     let (text, below, unit) = file.parts();
     let line = Expression::parse(&text).map_err(|e| e.at_path(format!("derived.{id}{below}")))?;
     Ok(DerivedQuantity { id, line, unit })
-}
-
-pub(super) fn derived_of(quantity: &DerivedQuantity) -> (String, DerivedFile) {
-    let line = quantity.line.to_string();
-    let file = match &quantity.unit {
-        None => DerivedFile::Line(line),
-        Some(unit) => DerivedFile::InUnit(DerivedLine { line, unit: Some(unit.clone()) }),
-    };
-    (quantity.id.clone(), file)
 }
 
 impl LinkFile {

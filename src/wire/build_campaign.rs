@@ -2,8 +2,7 @@
 
 use super::folder::Texts;
 use super::{
-    BenchRef, CampaignFile, Cell, ConstraintFile, DerivedFile, DerivedLine, KnownEntry, ReadingFile, ReadingsRef,
-    bench_file,
+    BenchRef, CampaignFile, Cell, ConstraintFile, DerivedFile, KnownEntry, ReadingFile, ReadingsRef, bench_file,
 };
 use crate::bench::Bench;
 use crate::campaign::{Asked, Campaign, Decision, Given, NumberOrEstimate, OneOrSeveral, ScatterRequest};
@@ -70,14 +69,13 @@ impl CampaignBuilder {
 
     /// A quantity computed from parameters, a line of algebra; in the unit that follows from theirs.
     pub fn derived(mut self, id: impl Into<String>, line: impl Into<String>) -> Self {
-        self.file.derived.0.push((id.into(), DerivedFile::Line(line.into())));
+        self.file.derived.0.push((id.into(), DerivedFile::of(line.into(), None)));
         self
     }
 
     /// The same in a unit of its own.
     pub fn derived_in(mut self, id: impl Into<String>, line: impl Into<String>, unit: impl Into<String>) -> Self {
-        let derived = DerivedLine { line: line.into(), unit: Some(unit.into()) };
-        self.file.derived.0.push((id.into(), DerivedFile::InUnit(derived)));
+        self.file.derived.0.push((id.into(), DerivedFile::of(line.into(), Some(unit.into()))));
         self
     }
 

@@ -2,11 +2,10 @@
 
 use super::constraint_file::ConstraintFile;
 use super::limits_file::{self, LimitFile};
-use super::locate::in_source;
-use super::readings_file::{self, ReadingFile};
+use super::readings_file::{ReadingFile, read_rows};
 use super::shapes::shapes;
 use super::{
-    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, SiteFile, Source, WRONG_FORM, read_bench, readings_table,
+    BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, SiteFile, Source, WRONG_FORM, read_bench, read_readings,
 };
 use crate::algebra::Expression;
 use crate::bench::{self, Bench};
@@ -200,10 +199,10 @@ impl CampaignFile {
                 .expected("the path of a table as \"readings\", or no \"columns\"")
                 .at_path("columns"));
             }
-            ReadingsRef::Inline(rows) => readings_file::into_readings(&bench, rows)?,
+            ReadingsRef::Inline(rows) => read_rows(&bench, rows)?,
             ReadingsRef::Path(path) => {
                 let table = folder.table(&path).map_err(|e| e.at_path("readings"))?;
-                readings_table::read(&bench, table, &self.columns, &self.scatter)?
+                read_readings(&bench, table, &self.columns, &self.scatter)?
             }
             ReadingsRef::Samples(samples) => self.reduced(&bench, *samples, folder)?,
         };
@@ -409,5 +408,5 @@ pub(super) fn named_bench(name: &str, fetch: Fetch<'_>) -> Result<Bench> {
             .found(error.what().to_string())
             .at_path("bench")
     })?;
-    read_bench(&source).map_err(|e| in_source(e, &source))
+    read_bench(&source)
 }

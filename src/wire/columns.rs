@@ -12,13 +12,8 @@ use crate::record;
 use crate::units::{self, Conversion, Unit};
 use std::collections::HashSet;
 
-/// A column as the readings have it.
-pub(super) struct Column {
-    /// The key of a reading.
-    pub key: String,
-    /// From the column's unit to the key's.
-    pub conversion: Option<Conversion>,
-}
+/// A column as the readings have it: the key of a reading, and from the column's unit to the key's.
+pub(super) type Column = (String, Option<Conversion>);
 
 /// What each title of a table stands for; `others` are keys that are read beside sensors, joints and names of model lines.
 ///
@@ -79,7 +74,7 @@ pub(super) fn columns(
                 .expected("one column for each key; \"columns\" of the campaign says which")
                 .found(format!("'{found}' is the second")));
         }
-        columns.push(Column { key, conversion });
+        columns.push((key, conversion));
     }
     Ok(columns)
 }

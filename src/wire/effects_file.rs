@@ -21,30 +21,28 @@ pub struct EffectsFile {
 /// Errors: unknown keys; a term that does not parse, with a caret under the character; a term that is there twice.
 pub fn read_effects(source: &Source) -> Result<Vec<Effect>> {
     let file: EffectsFile = parse(source)?;
+    checked(file).map_err(|error| locate(error, source))
+}
+
+fn checked(file: EffectsFile) -> Result<Vec<Effect>> {
     let mut effects = Vec::with_capacity(file.effects.len());
     let mut seen: HashMap<String, Vec<(Applies, String)>> = HashMap::new();
     for (k, mut effect) in file.effects.into_iter().enumerate() {
         let path = format!("effects[{k}]");
         if effect.term.trim().is_empty() || effect.name.trim().is_empty() {
             let key = if effect.term.trim().is_empty() { "term" } else { "name" };
-            return Err(locate(
-                Malformed::new(Fault::Value, format!("the effect has no {key}"))
-                    .expected("some text")
-                    .at_path(format!("{path}.{key}")),
-                source,
-            ));
+            return Err(Malformed::new(Fault::Value, format!("the effect has no {key}"))
+                .expected("some text")
+                .at_path(format!("{path}.{key}")));
         }
         effect.place.clone_from(&path);
-        effect.check().map_err(|error| locate(error.at_path(format!("{path}.term")), source))?;
+        effect.check().map_err(|error| error.at_path(format!("{path}.term")))?;
         let places = seen.entry(canonical(&effect)).or_default();
         if let Some((_, first)) = places.iter().find(|(applies, _)| meet(*applies, effect.applies)) {
-            return Err(locate(
-                Malformed::new(Fault::NameClash, format!("the effect '{}' is there twice", effect.term))
-                    .expected(format!("each term once for a sensor ({first} has it already)"))
-                    .found(format!("'{}' again", effect.term))
-                    .at_path(format!("{path}.term")),
-                source,
-            ));
+            return Err(Malformed::new(Fault::NameClash, format!("the effect '{}' is there twice", effect.term))
+                .expected(format!("each term once for a sensor ({first} has it already)"))
+                .found(format!("'{}' again", effect.term))
+                .at_path(format!("{path}.term")));
         }
         places.push((effect.applies, effect.place.clone()));
         effects.push(effect);

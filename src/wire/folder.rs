@@ -9,7 +9,9 @@ pub trait Folder {
     /// A text: a bench file.
     fn text(&mut self, name: &str) -> Result<Source>;
     /// A table of readings.
-    fn table(&mut self, name: &str) -> Result<Record>;
+    fn table(&mut self, name: &str) -> Result<Record> {
+        self.record(name)
+    }
     /// A record of samples.
     fn record(&mut self, name: &str) -> Result<Record>;
     /// Something that was found on the way and should be told.

@@ -90,10 +90,6 @@ impl Folder for Beside<'_> {
         source(&self.0.join(name))
     }
 
-    fn table(&mut self, name: &str) -> Result<Record> {
-        Record::at(&self.0.join(name))
-    }
-
     fn record(&mut self, name: &str) -> Result<Record> {
         Record::at(&self.0.join(name))
     }

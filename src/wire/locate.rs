@@ -114,39 +114,21 @@ pub(super) fn token_ending_at(text: &str, offset: usize) -> (usize, usize) {
     (start, end - start)
 }
 
-enum Step<'a> {
-    Key(&'a str),
-    Index(usize),
-}
-
-fn steps(path: &str) -> Vec<Step<'_>> {
-    let mut steps = Vec::new();
-    for part in path.split('.') {
-        let mut pieces = part.split('[');
-        if let Some(key) = pieces.next().filter(|key| !key.is_empty()) {
-            steps.push(Step::Key(key));
-        }
-        for index in pieces {
-            if let Ok(k) = index.trim_end_matches(']').parse() {
-                steps.push(Step::Index(k));
-            }
-        }
-    }
-    steps
-}
-
 /// Start and text of the value at a path, or of the deepest value on the way that exists.
 fn find<'a>(text: &'a str, path: &str) -> Option<(usize, &'a str)> {
     let mut here: &'a RawValue = serde_json::from_str(text).ok()?;
-    for step in steps(path) {
-        let next = match step {
-            Step::Key(key) => {
+    // a key, and the indices behind it
+    for (place, step) in path.split('.').flat_map(|part| part.split('[').enumerate()) {
+        let next = match (place, step.trim_end_matches(']').parse::<usize>()) {
+            (0, _) if step.is_empty() => continue,
+            (0, _) => {
                 let keys = serde_json::from_str::<HashMap<Cow<'a, str>, &'a RawValue>>(here.get());
-                keys.ok().and_then(|keys| keys.get(key).copied())
+                keys.ok().and_then(|keys| keys.get(step).copied())
             }
-            Step::Index(k) => {
+            (_, Ok(k)) => {
                 serde_json::from_str::<Vec<&'a RawValue>>(here.get()).ok().and_then(|list| list.get(k).copied())
             }
+            (_, Err(_)) => continue,
         };
         match next {
             Some(value) => here = value,

@@ -43,7 +43,7 @@ mod write;
 use crate::elements::Parts;
 pub use crate::record::ClockFrom;
 pub use bench_file::BenchFile;
-pub(crate) use bench_file::{DerivedFile, DerivedLine, DirectionFile, LinkFile, SensorFile};
+pub(crate) use bench_file::{DerivedFile, DirectionFile, LinkFile, SensorFile};
 pub use build_bench::{BenchBuilder, SensorBuilder};
 pub use build_campaign::{CampaignBuilder, ReadingBuilder};
 pub use campaign_file::{BenchRef, CampaignFile, ReadingsRef};
@@ -74,8 +74,8 @@ pub(crate) use mission_file::read_covariance;
 #[cfg(feature = "navigate")]
 pub(crate) use motion_file::MotionFile;
 pub use named::Named;
-pub use readings_file::{Cell, ReadingFile};
-pub use readings_table::{device_readings, inline_devices, table_layout};
+pub use readings_file::{Cell, ReadingFile, read_rows};
+pub use readings_table::{device_readings, inline_devices, read_readings, table_layout};
 pub(crate) use readings_table::{table_cells, table_keys};
 pub(crate) use record_rows::read_rows_of;
 pub use reduced::read_schedule;
@@ -91,7 +91,7 @@ pub use truth_file::read_truth;
 pub use write::{bench_file, campaign_file};
 
 use crate::bench::Bench;
-use crate::campaign::{Campaign, ScatterRequest};
+use crate::campaign::Campaign;
 use crate::error::{Fault, Malformed, Result};
 use serde::de::DeserializeOwned;
 
@@ -131,10 +131,7 @@ impl Source {
             Err(error) => {
                 let at = error.utf8_error().valid_up_to();
                 let bytes = error.into_bytes();
-                let before = bytes.part(..at);
-                let line = 1 + before.iter().filter(|b| **b == b'\n').count();
-                let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |k| k + 1);
-                let column = 1 + String::from_utf8_lossy(before.part(start..)).chars().count();
+                let (line, column) = line_and_column(&String::from_utf8_lossy(bytes.part(..at)), at);
                 let byte = bytes.get(at).copied().unwrap_or_default(); // there is one: what stood before it is not all
                 Err(Malformed::new(Fault::Syntax, "the file is not UTF-8 text")
                     .expected("UTF-8 (in a spreadsheet: save as 'CSV UTF-8')")
@@ -181,23 +178,6 @@ pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
 /// The campaign of a file that was parsed, with everything that it refers to.
 pub(crate) fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
     file.into_campaign(folder).map_err(|error| in_source(error, source))
-}
-
-/// Readings of a table, whose columns may have the names that `columns` gives them; `scatter` says which are read beside those of the model lines.
-pub fn read_readings(
-    bench: &Bench,
-    table: crate::record::Record,
-    columns: &Named<String>,
-    scatter: &[ScatterRequest],
-) -> Result<crate::campaign::Readings> {
-    readings_table::read(bench, table, columns, scatter)
-}
-
-/// Readings of rows as a campaign file has them; lists of a schedule are expanded.
-///
-/// Errors: those of the readings of a campaign file, with the path from `readings[k]` on.
-pub fn read_rows(bench: &Bench, rows: Vec<ReadingFile>) -> Result<crate::campaign::Readings> {
-    readings_file::into_readings(bench, rows)
 }
 
 /// Parse JSON into a wire type; syntax errors and unknown keys carry line, column and JSON path.

@@ -30,11 +30,24 @@ pub enum Cell {
     Nothing(()),
 }
 
+impl Cell {
+    /// A number or a text as it is written; nothing for the others.
+    pub(super) fn written(&self) -> String {
+        match self {
+            Cell::Number(x) => x.to_string(),
+            Cell::Text(text) => text.clone(),
+            Cell::List(_) | Cell::Nothing(()) => String::new(),
+        }
+    }
+}
+
 /// More readings than this are refused before their lists are expanded: each takes about a kilobyte.
 pub(super) const MOST_READINGS: f64 = 2e6;
 
-/// JSON readings to domain readings; lists of a schedule are expanded.
-pub(super) fn into_readings(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Readings> {
+/// Readings of rows as a campaign file has them; lists of a schedule are expanded.
+///
+/// Errors: those of the readings of a campaign file, with the path from `readings[k]` on.
+pub fn read_rows(bench: &Bench, rows: Vec<ReadingFile>) -> Result<Readings> {
     let mut expanded = Vec::with_capacity(rows.len());
     let mut total = 0.0_f64;
     for (k, row) in rows.iter().enumerate() {
@@ -229,9 +242,8 @@ fn place_of(rows: &impl CellRows, column: &str) -> Result<Place> {
 pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings> {
     let joints: Vec<&str> = bench.joints().collect();
     let names = rows.keys();
-    let key = |name: &&'_ str| Key { name: "", meaning: meaning(bench, name), column: None };
-    let mut keys: Vec<Key<'_>> = names.iter().map(key).collect();
-    keys.iter_mut().zip(&names).for_each(|(key, name)| key.name = name);
+    let mut keys: Vec<Key<'_>> =
+        names.iter().map(|name| Key { name, meaning: meaning(bench, name), column: None }).collect();
     // every key with a number somewhere is an input of that name, joint keys too (a term may say gamma_deg_s*cos(2*beta))
     let mut columns: Vec<String> = Vec::new();
     let mut count = 0_usize;

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// that looks like a number is one.
 ///
 /// Errors: those of the record; a joint, sensor or uncertainty that is not a number, with its line (of other formats the row, from 1) and column.
-pub(super) fn read(
+pub fn read_readings(
     bench: &Bench,
     mut record: Record,
     map: &Named<String>,
@@ -41,7 +41,7 @@ pub(super) fn read(
 ///
 /// Errors: those of the record.
 pub(crate) fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<ReadingFile>> {
-    let (keys, blocks) = read_blocks(bench, &mut record, &Named(Vec::new()), &|_| false)?;
+    let (keys, blocks) = read_blocks(bench, &mut record, &Named::default(), &|_| false)?;
     let rows = Rows::of(&keys, &blocks, &record);
     let mut found = Vec::new();
     rows.visit(&mut |_, cells| {
@@ -51,7 +51,7 @@ pub(crate) fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<Readi
                 Says::Text(text) => Cell::Text(text.to_string()),
                 Says::List | Says::Nothing => return None,
             };
-            Some((keys.get(*k)?.key.clone(), cell))
+            Some((keys.get(*k)?.0.clone(), cell))
         });
         found.push(Named(filled.collect()));
         Ok(())
@@ -63,8 +63,7 @@ pub(crate) fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<Readi
 ///
 /// Errors: two columns for one key, a unit that does not convert.
 pub(crate) fn table_keys(bench: &Bench, record: &Record) -> Result<Vec<(String, Option<Conversion>)>> {
-    let keys = columns(bench, record.columns(), &Named(Vec::new()), &|_| false, record.name())?;
-    Ok(keys.into_iter().map(|key| (key.key, key.conversion)).collect())
+    columns(bench, record.columns(), &Named::default(), &|_| false, record.name())
 }
 
 fn read_blocks(
@@ -77,7 +76,7 @@ fn read_blocks(
     if keys.is_empty() {
         return Err(Malformed::new(Fault::Missing, "the table has no column").in_file(record.name()));
     }
-    let kind = |column: &Column| if column.key == "position" { As::Label } else { As::Mixed };
+    let kind = |(key, _): &Column| if key == "position" { As::Label } else { As::Mixed };
     record.select(&keys.iter().enumerate().map(|(k, key)| (k, kind(key))).collect::<Vec<_>>());
     let (mut blocks, mut count) = (Vec::new(), 0);
     loop {
@@ -89,27 +88,26 @@ fn read_blocks(
         if count as f64 > MOST_READINGS {
             return Err(too_many(count).in_file(record.name()));
         }
-        for (key, column) in keys.iter().zip(&mut block.columns) {
-            if let Some(conversion) = key.conversion {
+        for ((_, conversion), column) in keys.iter().zip(&mut block.columns) {
+            if let Some(conversion) = conversion {
                 column.iter_mut().filter(|v| !v.is_nan()).for_each(|v| *v = conversion.apply(*v));
             }
         }
         blocks.push(block);
     }
     let used: Vec<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
-    for (k, key) in keys.iter().enumerate() {
-        let unit = key_unit(bench, &key.key);
-        let from_seconds = match &unit {
-            Some(unit) => from_title(&key.key, "s", unit).ok(),
-            None => used.contains(&key.key.as_str()).then_some(None),
+    for (k, (key, _)) in keys.iter().enumerate() {
+        let from_seconds = match key_unit(bench, key) {
+            Some(unit) => from_title(key, "s", &unit).ok(),
+            None => used.contains(&key.as_str()).then_some(None),
         };
         if let Some(from_seconds) = from_seconds {
             written_times(record.labels(), &mut blocks, k, from_seconds).map_err(|(b, row)| {
                 let rows = Rows::of(&keys, &blocks, record);
-                Malformed::new(Fault::Value, format!("{} is not a time", key.key))
+                Malformed::new(Fault::Value, format!("{key} is not a time"))
                     .expected("a time as in the rows before; an empty cell where nothing was read")
                     .found(rows.written(b, row, k))
-                    .at_path(key.key.as_str())
+                    .at_path(key.as_str())
                     .under(&rows.place(b, row).to_string())
             })?;
         }
@@ -183,12 +181,12 @@ impl<'a> Rows<'a> {
 
 impl CellRows for Rows<'_> {
     fn keys(&self) -> Vec<&str> {
-        self.keys.iter().map(|column| column.key.as_str()).collect()
+        self.keys.iter().map(|(key, _)| key.as_str()).collect()
     }
 
     fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> Place, &[(usize, Says<'_>)]) -> Result<()>) -> Result<()> {
         let text = |label: usize| self.labels.get(label).map_or("", String::as_str);
-        let is_label: Vec<bool> = self.keys.iter().map(|column| column.key == "position").collect();
+        let is_label: Vec<bool> = self.keys.iter().map(|(key, _)| key == "position").collect();
         let mut cells = Vec::with_capacity(self.keys.len());
         for (b, block) in self.blocks.iter().enumerate() {
             for k in 0..block.rows() {
@@ -231,7 +229,6 @@ pub fn table_layout(
     others: impl Fn(&str) -> bool,
 ) -> Result<Layout> {
     let keys = columns(bench, record.columns(), map, &others, record.name())?;
-    let keys: Vec<_> = keys.into_iter().map(|column| (column.key, column.conversion)).collect();
     Ok(Layout::keyed(bench, &keys, by, others))
 }
 
@@ -334,22 +331,23 @@ pub fn inline_devices(
     by: &str,
     others: impl Fn(&str) -> bool,
 ) -> Result<(Layout, Vec<Device>)> {
-    use crate::record::Column as Title;
-    let mut columns: Vec<Title> = Vec::new();
+    let mut keys: Vec<Column> = Vec::new();
     for (key, _) in rows.iter().flat_map(|row| &row.0) {
-        if !columns.iter().any(|column| column.title == *key) {
-            columns.push(Title { name: key.clone(), title: key.clone(), unit: None });
+        if !keys.iter().any(|(other, _)| other == key) {
+            keys.push((key.clone(), None));
         }
     }
-    let Some(by_column) = columns.iter().position(|column| column.title == by) else {
+    let Some(by_column) = keys.iter().position(|(key, _)| key == by) else {
+        let titled = |(key, _): &Column| record::Column { name: key.clone(), title: key.clone(), unit: None };
+        let titles: Vec<_> = keys.iter().map(titled).collect();
         return Err(Malformed::new(Fault::UnknownName, format!("the readings have no column '{by}'"))
-            .expected(format!("one of {}", crate::record::listed(&columns)))
+            .expected(format!("one of {}", record::listed(&titles)))
             .found(format!("'{by}'")));
     };
-    let layout = Layout::of(bench, &columns, Some(by_column), others);
+    let layout = Layout::keyed(bench, &keys, Some(by_column), others);
     let mut devices: Vec<Device> = Vec::new();
     // rows of the campaign itself
-    let campaign: std::sync::Arc<str> = std::sync::Arc::from("");
+    let campaign: Arc<str> = Arc::from("");
     let mut places = std::collections::HashMap::<String, usize>::new();
     for (k, row) in rows.iter().enumerate() {
         if let Some((key, _)) = row.0.iter().find(|(_, cell)| matches!(cell, Cell::List(_))) {
@@ -357,18 +355,14 @@ pub fn inline_devices(
                 .expected("one number")
                 .at_path(format!("readings[{k}].{key}")));
         }
-        let written = |cell: Option<&Cell>| match cell {
-            Some(Cell::Number(x)) => x.to_string(),
-            Some(Cell::Text(text)) => text.clone(),
-            _ => String::new(),
-        };
+        let written = |key: &str| row.get(key).map_or(String::new(), Cell::written);
         if let Some(Cell::Number(x)) = row.get(by).filter(|cell| matches!(cell, Cell::Number(x) if x.abs() >= WHOLE)) {
             return Err(Malformed::new(Fault::Value, "a label has more digits than a number keeps")
                 .expected("the label as a text, in quotes")
                 .found(x.to_string())
                 .at_path(format!("readings[{k}].{by}")));
         }
-        let label = written(row.get(by)).trim().to_string();
+        let label = written(by).trim().to_string();
         let place = *places.entry(label.clone()).or_insert_with(|| {
             devices.push(Device { nameless: label.is_empty(), label, first_row: k as u64 + 1, ..Device::default() });
             devices.len() - 1
@@ -376,7 +370,7 @@ pub fn inline_devices(
         let Some(device) = devices.get_mut(place) else { continue };
         device.rows += 1;
         if layout.position.is_some() {
-            device.push_position(&written(row.get("position")).as_str().into());
+            device.push_position(&written("position").as_str().into());
         }
         device.push_run(&campaign, (k as u64 + 1, 1), false);
         for (key, kind) in layout.keys.iter().zip(&layout.uses) {
@@ -388,7 +382,7 @@ pub fn inline_devices(
             match kind {
                 Use::Input => device.inputs.push(number),
                 Use::Value(_) => device.values.push(number),
-                Use::Other => device.others.push(written(row.get(key))),
+                Use::Other => device.others.push(written(key)),
             }
         }
     }

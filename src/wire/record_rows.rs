@@ -129,7 +129,7 @@ pub(crate) fn read_rows_of<'a>(
     folder: &'a mut dyn Folder,
     settings: Option<&Settings>,
 ) -> Result<(Campaign, RecordRows<'a>, Sample)> {
-    let at = |error: Malformed| if error.place().file.is_empty() { locate(error, source) } else { error };
+    let at = |error: Malformed| locate(error, source);
     let (bench, samples) = file.rows(folder).map_err(at)?;
     let mut rows = RecordRows::new(bench.clone(), file, samples, folder).map_err(at)?;
     let campaign = |readings: &Readings| file.clone().with(bench.clone(), readings.clone()).map_err(at);
@@ -193,11 +193,11 @@ impl<'a> RecordRows<'a> {
         };
         // written times are those of a clock
         let mut numbers = keys.iter().enumerate().filter(|(place, _)| !record.is_text(*place));
-        let has_time_s = numbers.any(|(_, column_key)| column_key.key == "time_s");
+        let has_time_s = numbers.any(|(_, (key, _))| key == "time_s");
         let clock = rows.clock(&record, samples, has_time_s)?;
-        for (place, column_key) in keys.into_iter().enumerate() {
+        for (place, (key, conversion)) in keys.into_iter().enumerate() {
             let is_clock = clock.is_some_and(|(column, _)| column == place);
-            let key = if is_clock { "time_s".to_string() } else { column_key.key };
+            let key = if is_clock { "time_s".to_string() } else { key };
             if !is_clock && key == "time_s" && clock.is_some() {
                 continue;
             }
@@ -212,7 +212,7 @@ impl<'a> RecordRows<'a> {
             }
             let slot = rows.slot(kind, &key);
             let seconds = clock.filter(|_| is_clock).map(|(_, seconds)| seconds);
-            rows.read.push(Read { place, meaning: kind, conversion: column_key.conversion, slot, seconds });
+            rows.read.push(Read { place, meaning: kind, conversion, slot, seconds });
         }
         if rows.rate.is_some() && clock.is_none() {
             rows.slot(Meaning::Column, "time_s");
@@ -267,7 +267,7 @@ impl<'a> RecordRows<'a> {
             .found(format!("{} positions", list.len()))
             .at_path("readings.positions"));
         }
-        let empty = Named(Vec::new());
+        let empty = Named::default();
         let all = if list.is_empty() { std::slice::from_ref(&empty) } else { list };
         for (k, row) in all.iter().enumerate() {
             let pattern = self.pattern(row, &format!("readings.positions[{k}]"))?;
@@ -296,12 +296,8 @@ impl<'a> RecordRows<'a> {
         for (key, cell) in &row.0 {
             let kind = meaning(&self.bench, key);
             let number = match cell {
-                Cell::Text(text) if matches!(kind, Meaning::Position) => {
-                    pattern.position.clone_from(text);
-                    continue;
-                }
-                Cell::Number(x) if matches!(kind, Meaning::Position) => {
-                    pattern.position = x.to_string();
+                Cell::Text(_) | Cell::Number(_) if kind == Meaning::Position => {
+                    pattern.position = cell.written();
                     continue;
                 }
                 Cell::Number(x) if x.is_finite() => *x,
@@ -710,11 +706,5 @@ impl Rows for RecordRows<'_> {
         let row = self.taken.rows.get(k).copied().unwrap_or_default(); // a row of the block
         let file = self.record.as_ref().map_or("", Record::name);
         Place::Row { is_text: false, number: self.taken.before + row as u64 + 1, file: file.into() }
-    }
-}
-
-impl std::fmt::Debug for RecordRows<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("RecordRows").field("path", &self.path).field("columns", &self.names).finish_non_exhaustive()
     }
 }

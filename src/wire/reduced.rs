@@ -4,7 +4,7 @@ use super::campaign_file::{CampaignFile, KnownEntry, ReadingsRef};
 use super::columns::{key_unit, of_title};
 use super::readings_file::{self, Cell, ReadingFile, Written};
 use super::samples_file::SamplesFile;
-use super::{Fetch, Folder, Named, Source, kind, locate, parse};
+use super::{Fetch, Folder, Named, Source, campaign_of, locate};
 use crate::algebra::{Expression, Scratch, Tape};
 use crate::bench::{Bench, Sensor};
 use crate::campaign::{Place, Readings};
@@ -14,7 +14,7 @@ use crate::record::Column;
 use crate::units::Conversion;
 
 /// Most segments, and most stretches that are not used, of which is said what is odd in them.
-const TOLD: usize = 10;
+pub(super) const TOLD: usize = 10;
 
 /// Relative change of a solution that counts for none.
 const SAME: f64 = 1e-9;
@@ -44,7 +44,7 @@ pub struct Schedule {
 ///
 /// Errors as [`super::read_campaign`]; readings that stand in a file of their own.
 pub fn read_schedule(source: &Source, fetch: Fetch<'_>) -> Result<Schedule> {
-    let file: CampaignFile = parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))?;
+    let file = campaign_of(source)?;
     let bench = file.resolved_bench(fetch).map_err(|error| locate::in_source(error, source))?;
     Schedule::new(file, bench, "readings").map_err(|error| locate::in_source(error, source))
 }
@@ -179,12 +179,8 @@ impl Schedule {
     ///
     /// Errors: labels of which some are positions and some are not; another number of segments than of positions.
     pub(crate) fn pair(&self, labels: &[String]) -> Result<Vec<usize>> {
-        let text = |row: &ReadingFile| match row.get("position") {
-            Some(Cell::Text(text)) => text.clone(),
-            Some(Cell::Number(number)) => number.to_string(),
-            _ => String::new(),
-        };
-        let positions: Vec<String> = self.rows.iter().map(text).collect();
+        let label = |row: &ReadingFile| row.get("position").map_or(String::new(), Cell::written);
+        let positions: Vec<String> = self.rows.iter().map(label).collect();
         assigned(&positions, &|a, b| self.rows.get(a).map(|row| &row.0) == self.rows.get(b).map(|row| &row.0), labels)
     }
 
@@ -364,7 +360,7 @@ impl CampaignFile {
         let mut positions = samples.positions;
         let path = if positions.is_empty() { "readings" } else { "readings.positions" };
         if positions.is_empty() {
-            positions.push(Named(Vec::new()));
+            positions.push(Named::default());
         }
         let file = CampaignFile { readings: ReadingsRef::Inline(positions), ..self.clone() };
         let mut schedule = Schedule::new(file, bench.clone(), path)?;

@@ -5,7 +5,7 @@
 //! ```
 
 use super::columns::of_title;
-use super::reduced::{ReducedReading, Schedule};
+use super::reduced::{ReducedReading, Schedule, TOLD};
 use super::samples_file::{Recipe, SegmentsBy};
 use crate::elements::{Elements, Parts};
 use crate::error::{Fault, Malformed, Result};
@@ -302,9 +302,6 @@ impl Reduced {
         .collect()
     }
 }
-
-/// Most rejected stretches that are told.
-const TOLD: usize = 10;
 
 /// An error about the number of segments, with the stretches that were not used.
 fn located(error: Malformed, trace: &Trace, segmentation: &Segmentation) -> Malformed {

@@ -145,10 +145,8 @@ impl TruthFile {
             if !effect.value.is_finite() {
                 return Err(Malformed::new(Fault::Value, "not a finite number").at_path(format!("{path}.value")));
             }
-            let sensor = match &effect.sensor {
-                Some(id) => Some(sensor_index(campaign, id, &format!("{path}.sensor"))?),
-                None => None,
-            };
+            let sensor = effect.sensor.as_ref().map(|id| sensor_index(campaign, id, &format!("{path}.sensor")));
+            let sensor = sensor.transpose()?;
             let mut hidden = Hidden::new(campaign, &effect.regressor, effect.value, sensor)
                 .map_err(|error| error.at_path(format!("{path}.regressor")))?;
             if let Some(unit) = &effect.unit {
@@ -164,17 +162,9 @@ impl TruthFile {
             let path = format!("scatter.{name}");
             let Some(line) = campaign.scatter.iter().position(|line| line.name(campaign) == *name) else {
                 let names: Vec<String> = campaign.scatter.iter().map(|line| line.name(campaign)).collect();
-                return Err(Malformed::new(
-                    Fault::UnknownName,
-                    format!("the campaign has no line of scatter '{name}'"),
-                )
-                .expected(if names.is_empty() {
-                    "none: it has no lines".into()
-                } else {
-                    format!("one of {}", names.join(", "))
-                })
-                .found(format!("'{name}'"))
-                .at_path("scatter"));
+                let error = Malformed::unknown(format!("the campaign has no line of scatter '{name}'"), name, &names);
+                let error = if names.is_empty() { error.expected("none: it has no lines") } else { error };
+                return Err(error.at_path("scatter"));
             };
             let usable = n.sd >= 0.0 && n.sd.is_finite() && n.tau.is_none_or(|tau| tau > 0.0 && tau.is_finite());
             if !usable {

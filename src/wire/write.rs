@@ -1,11 +1,11 @@
 //! Domain types back to files: what `simulate` and the repair of a model write.
 
-use super::bench_file::{BenchFile, DirectionFile, LinkFile, SensorFile, derived_of};
+use super::bench_file::{BenchFile, DirectionFile, LinkFile, SensorFile};
 use super::campaign_file::{BenchRef, CampaignFile, KnownEntry, ReadingsRef};
 use super::constraint_file::ConstraintFile;
 use super::limits_file::limits_file;
-use super::{Cell, DerivedFile, DerivedLine, Named, ReadingFile, SiteFile};
-use crate::bench::{Axis, Bench, Link, Sensor};
+use super::{Cell, DerivedFile, Named, ReadingFile, SiteFile};
+use crate::bench::{Axis, Bench, DerivedQuantity, Link, Sensor};
 use crate::campaign::{Asked, Campaign, Constraint, Decision, Derived, Kind, Reading, Role, joint_keys};
 use nalgebra::Vector3;
 
@@ -23,6 +23,7 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
             times: times.as_ref().map(|t| t.line().to_string()),
         },
     };
+    let derived = |own: &DerivedQuantity| (own.id.clone(), DerivedFile::of(own.line.to_string(), own.unit.clone()));
     BenchFile {
         id: bench.id.clone(),
         title: bench.title.clone(),
@@ -34,7 +35,7 @@ pub fn bench_file(bench: &Bench) -> BenchFile {
         sensors: Named(bench.sensors.iter().map(|sensor| (sensor.id.clone(), sensor_file(sensor))).collect()),
         rate_u_ppm: Named(bench.rate_u.iter().map(|(joint, u)| (joint.clone(), u * 1e6)).collect()),
         rate_range_deg_s: Named(bench.rate_range.clone()),
-        derived: Named(bench.derived.iter().map(derived_of).collect()),
+        derived: Named(bench.derived.iter().map(derived).collect()),
         in_use: Named(bench.in_use.iter().map(|(column, line)| (column.clone(), line.to_string())).collect()),
     }
 }
@@ -78,11 +79,11 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         let line = derived.written.as_ref().unwrap_or(&derived.line).to_string();
         campaign.bench.derived.iter().any(|other| other.id == derived.id && other.line.to_string() == line)
     };
-    let derived = campaign
-        .derived
-        .iter()
-        .filter(|derived| !of_bench(derived))
-        .map(|derived| (derived.id.clone(), derived_file(derived)));
+    let derived = campaign.derived.iter().filter(|derived| !of_bench(derived)).map(|derived| {
+        let line = derived.written.as_ref().unwrap_or(&derived.line).to_string();
+        let unit = derived.written.as_ref().map(|_| derived.unit.clone());
+        (derived.id.clone(), DerivedFile::of(line, unit))
+    });
     CampaignFile {
         site: campaign.bench.site.as_ref().filter(|site| named && own_site.as_ref() != Some(*site)).map(SiteFile::of),
         columns: Named::default(),
@@ -110,13 +111,6 @@ pub fn campaign_file(campaign: &Campaign, bench: BenchRef) -> CampaignFile {
         readings: ReadingsRef::Inline(
             campaign.readings.rows.iter().map(|reading| reading_file(campaign, reading)).collect(),
         ),
-    }
-}
-
-fn derived_file(derived: &Derived) -> DerivedFile {
-    match &derived.written {
-        None => DerivedFile::Line(derived.line.to_string()),
-        Some(line) => DerivedFile::InUnit(DerivedLine { line: line.to_string(), unit: Some(derived.unit.clone()) }),
     }
 }
 
@@ -154,22 +148,14 @@ fn reading_file(campaign: &Campaign, reading: &Reading) -> ReadingFile {
         }
     }
     cells.extend(reading.remarks.iter().map(|(key, text)| (key.clone(), Cell::Text(text.clone()))));
-    for observation in &reading.observations {
-        if let Some(sensor) = campaign.bench.sensors.get(observation.sensor) {
-            cells.push((sensor.id.clone(), Cell::Number(observation.value)));
-            if let Some(u) = observation.u {
-                cells.push((format!("{}_u", sensor.id), Cell::Number(u)));
-            }
-        }
+    let u_of = |k: usize, u: f64| (format!("{}_u", campaign.sensor_id(k)), Cell::Number(u));
+    for own in &reading.observations {
+        cells.push((campaign.sensor_id(own.sensor).to_string(), Cell::Number(own.value)));
+        cells.extend(own.u.map(|u| u_of(own.sensor, u)));
     }
-    for (k, u) in &reading.planned_u {
-        if let Some(sensor) = campaign.bench.sensors.get(*k) {
-            cells.push((format!("{}_u", sensor.id), Cell::Number(*u)));
-        }
-    }
-    if let Some(samples) =
-        Some(reading.observations.first().map_or(reading.samples, |o| o.samples)).filter(|n| *n != 1.0)
-    {
+    cells.extend(reading.planned_u.iter().map(|(k, u)| u_of(*k, *u)));
+    let samples = reading.observations.first().map_or(reading.samples, |o| o.samples);
+    if samples != 1.0 {
         cells.push(("n".into(), Cell::Number(samples)));
     }
     Named(cells)
