@@ -58,11 +58,7 @@ impl Estimate {
 
     /// Standard uncertainty of each row of the system, as a divisor: its relative one also where the residuals of its group are all zero.
     pub(crate) fn row_u(&self, system: &System) -> Vec<f64> {
-        let scale = |group: &Group| match group {
-            Group::Estimated(g) => Some(self.scale_or_one(*g)).filter(|scale| *scale > 0.0).unwrap_or(1.0),
-            Group::Known => 1.0,
-        };
-        system.u.iter().zip(&system.group).map(|(u, group)| u * scale(group)).collect()
+        system.scaled_u(|g| Some(self.scale_or_one(g)).filter(|scale| *scale > 0.0).unwrap_or(1.0))
     }
 }
 
@@ -103,7 +99,8 @@ pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &
         true => groups::Scales::none(count),
         false => groups::scales(&Compressed::new(system, count), hints, settings)?,
     };
-    let weight = groups::weights(system, &scales.entering());
+    let entering = scales.entering();
+    let weight = system.scaled_u(|g| entering[g]).into_iter().map(f64::recip).collect();
     let factor = Factor::new(system.rows.as_ref(), weight, 0, settings.rank_tolerance)?;
     let fit = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements);
 
@@ -206,8 +203,7 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
 /// Which unknowns follow readings of a group whose scale is not determined, `n`.
 fn depends_on_undetermined(system: &System, factor: &Factor, scale: &[Option<f64>]) -> Vec<bool> {
     let n = system.rows.ncols();
-    let undetermined =
-        |group: &Group| matches!(group, Group::Estimated(g) if scale.get(*g).is_none_or(Option::is_none));
+    let undetermined = |group: &Group| group.estimated().is_some_and(|g| scale.get(g).is_none_or(Option::is_none));
     if !system.group.iter().any(undetermined) {
         return vec![false; n];
     }
@@ -259,10 +255,9 @@ impl Estimate {
         if self.group_iterations == 0 || count == 0 {
             return None;
         }
-        let index = |group: &Group| if let Group::Estimated(g) = group { *g } else { count };
         let part = |g: usize| {
             let all = 0..system.group.len().min(self.residuals.len());
-            let rows: Vec<usize> = all.filter(|i| index(&system.group[*i]) == g).collect();
+            let rows: Vec<usize> = all.filter(|i| system.group[*i].estimated().unwrap_or(count) == g).collect();
             NoisePart::white(rows.len() as f64, 0.0, groups::sums(&self.factor, &self.residuals, &rows))
         };
         let parts: Vec<NoisePart> = (0..=count).map(part).collect();

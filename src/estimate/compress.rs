@@ -12,7 +12,7 @@ use super::fold::{Fold, triangle_of};
 use super::refine::{self, Refined};
 use super::scatter::chain::Part as NoisePart;
 use super::unknowns::Unknowns;
-use super::{Group, Settings, System};
+use super::{Settings, System};
 use crate::error::Result;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
@@ -97,7 +97,7 @@ impl Compressed {
         let n = system.rows.ncols();
         let mut members: Vec<Vec<usize>> = vec![Vec::new(); count + 1];
         for (i, group) in system.group.iter().enumerate() {
-            members[if let Group::Estimated(g) = group { *g } else { count }].push(i);
+            members[group.estimated().unwrap_or(count)].push(i);
         }
         let block = |rows: Vec<usize>| {
             let is_used = |j: &usize| rows.iter().any(|i| system.rows[(*i, *j)] != 0.0);

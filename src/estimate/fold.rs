@@ -104,8 +104,7 @@ impl Fold {
     fn careful(&self, rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<Mat<f64>> {
         let (k, size) = (rows.nrows(), self.triangle.ncols());
         // said with the place and in the words of a system
-        let system =
-            System { group: vec![Group::Known; k], ..System::known(rows.to_owned(), observed.to_vec(), u.to_vec()) };
+        let system = System::known(rows.to_owned(), observed.to_vec(), u.to_vec());
         system.check()?;
         let System { observed, u, .. } = system;
         let observed = about(rows, &observed, &self.about);

@@ -10,8 +10,7 @@ use super::factor::Factor;
 use super::scatter::chain::Part as NoisePart;
 use super::scatter::restricted::NoiseModel;
 use super::unknowns::Unknowns;
-use super::{Group, Settings, System};
-use crate::elements::Elements;
+use super::{Group, Settings};
 use crate::error::Result;
 use faer::Mat;
 use std::ops::Range;
@@ -53,8 +52,7 @@ const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// Number of groups with an estimated scale: one more than the largest number in use.
 pub(super) fn count(group: &[Group]) -> usize {
-    let number = |group: &Group| if let Group::Estimated(g) = group { g + 1 } else { 0 };
-    group.iter().map(number).max().unwrap_or(0)
+    group.iter().filter_map(|group| group.estimated()).max().map_or(0, |g| g + 1)
 }
 
 /// The scales as they are given, or those of these rows.
@@ -116,15 +114,6 @@ fn parts(rows: &Compressed, variance: &[f64], settings: &Settings) -> Result<(Ve
         parts.push(NoisePart::white(block.size as f64, block.log_determinant, own * faer::Scale(unit)));
     }
     Ok((free, parts))
-}
-
-/// `1 / (s_g u)` for every row.
-pub(super) fn weights(system: &System, scale: &[f64]) -> Vec<f64> {
-    let scale_of = |group: &Group| match group {
-        Group::Known => 1.0,
-        Group::Estimated(g) => scale.at(*g),
-    };
-    system.u.iter().zip(&system.group).map(|(u, group)| 1.0 / (u * scale_of(group))).collect()
 }
 
 /// Products of the orthonormal columns and the residuals, over some of the weighted rows.

@@ -85,6 +85,13 @@ pub enum Group {
     Estimated(usize),
 }
 
+impl Group {
+    /// Its number, where its scale is estimated.
+    pub(crate) fn estimated(self) -> Option<usize> {
+        if let Group::Estimated(g) = self { Some(g) } else { None }
+    }
+}
+
 /// The linear system to adjust: `m` rows in `n` unknowns, not yet weighted.
 #[derive(Debug, Clone)]
 pub struct System {
@@ -120,6 +127,16 @@ impl System {
     /// A system whose standard uncertainties are all known.
     pub(crate) fn known(rows: Mat<f64>, observed: Vec<f64>, u: Vec<f64>) -> Self {
         System { rows, observed, group: vec![Group::Known; u.len()], u }
+    }
+
+    /// The same rows with other standard uncertainties, all known.
+    pub(crate) fn with_u(&self, u: Vec<f64>) -> Self {
+        System { group: vec![Group::Known; u.len()], u, ..self.clone() }
+    }
+
+    /// Standard uncertainty of each row with the scale of its group; known ones as they are.
+    pub(crate) fn scaled_u(&self, scale: impl Fn(usize) -> f64) -> Vec<f64> {
+        self.u.iter().zip(&self.group).map(|(u, group)| u * group.estimated().map_or(1.0, &scale)).collect()
     }
 
     /// Rows and columns.

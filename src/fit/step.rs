@@ -93,8 +93,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             };
             let equations = without.map(|without| cost(&system, &free, &without));
             // whitened rows have unit variance, whatever was estimated on the way
-            let known = || System { group: vec![Group::Known; system.group.len()], ..system.clone() };
-            let weighed = if free.scattered.is_some() { known() } else { system.clone() };
+            let weighed = if free.scattered.is_some() { system.with_u(system.u.clone()) } else { system.clone() };
             inequalities(&weighed, &free.estimate, &rules, design, equations)
         }
     };
@@ -471,10 +470,7 @@ fn squares(whitening: &Whitening, values: &[f64]) -> f64 {
 
 /// `1 / (s_g u)` with the estimated scale where there are several.
 fn weights(system: &System, scale: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
-    let scale_of = |group: &Group| match group {
-        // a scale that is not determined, or zero, leaves the weights as they are
-        Group::Estimated(g) => scale(*g).filter(|s| *s > 0.0).unwrap_or(1.0),
-        Group::Known => 1.0,
-    };
-    system.u.iter().zip(&system.group).map(|(u, group)| 1.0 / (u * scale_of(group))).collect()
+    // a scale that is not determined, or zero, leaves the weights as they are
+    let entering = |g: usize| scale(g).filter(|s| *s > 0.0).unwrap_or(1.0);
+    system.scaled_u(entering).into_iter().map(f64::recip).collect()
 }

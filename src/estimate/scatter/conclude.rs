@@ -10,7 +10,7 @@ use super::time::{self, Along};
 use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, inference, mixture};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
-use crate::estimate::{Elimination, Group, ScaleHints, Settings, System, solve};
+use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
 use crate::linear::form;
 use faer::{Mat, Scale};
 
@@ -69,12 +69,7 @@ pub(crate) fn scattered_with(
     settings: &Settings,
 ) -> Result<Scattered> {
     let n = system.rows.ncols();
-    let scale = |(u, group): (&f64, &Group)| match group {
-        Group::Estimated(g) => u * told.weighed_with[*g].sqrt(),
-        Group::Known => *u,
-    };
-    let u = system.u.iter().zip(&system.group).map(scale).collect();
-    let weighed = System { u, group: vec![Group::Known; system.group.len()], ..system.clone() };
+    let weighed = system.with_u(system.scaled_u(|g| told.weighed_with[g].sqrt()));
     let stated = |(k, line): (usize, &ScatterLine)| ScatterLine {
         variance: Some(told.weighed_lines[k]),
         memory: line.memory.clone().map(|memory| Memory { tau: told.tau[k].map(|(tau, _)| tau), ..memory }),

@@ -144,7 +144,7 @@ fn classes(problem: &Problem<'_>) -> Vec<Class> {
     let mut add = |rows: &mut dyn Iterator<Item = usize>, front: Option<usize>| {
         let mut own: Vec<Vec<usize>> = vec![Vec::new(); groups + 1];
         for row in rows {
-            own[if let Group::Estimated(g) = system.group[row] { g } else { *groups }].push(row);
+            own[system.group[row].estimated().unwrap_or(*groups)].push(row);
         }
         for (g, rows) in own.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
             let group = if g < *groups { Group::Estimated(g) } else { Group::Known };

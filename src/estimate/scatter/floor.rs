@@ -12,7 +12,7 @@
 use super::elimination::{Augmented, Whitening};
 use super::{Pattern, ScatterLine, Scattered};
 use crate::elements::Elements;
-use crate::estimate::{Group, System};
+use crate::estimate::System;
 use faer::Mat;
 
 /// Variances of all that scatters, stated and estimated, and what the estimates are worth.
@@ -70,11 +70,7 @@ impl Floor {
                 memory.tau = Some(*tau);
             }
         }
-        let factor = |group: &Group| match group {
-            Group::Estimated(g) => variances.groups.at(*g),
-            Group::Known => 1.0,
-        };
-        let sd: Vec<f64> = system.u.iter().zip(&system.group).map(|(u, g)| u * factor(g).sqrt()).collect();
+        let sd = system.scaled_u(|g| variances.groups.at(g).sqrt());
         let pattern = Pattern::new(sd.len(), &lines);
         let mut total: Vec<f64> = sd.iter().map(|sd| sd * sd).collect();
         let mut deviations = vec![None; pattern.deviations];
@@ -91,11 +87,7 @@ impl Floor {
         // a variance below zero may leave a single row nothing
         let total = total.iter().zip(&sd).map(|(v, sd)| if *v > 0.0 { v.sqrt() } else { *sd }).collect();
         let counted = variances.spread.nrows();
-        let own = |g: &Group| match g {
-            Group::Estimated(g) => Some(*g).filter(|g| *g < counted),
-            Group::Known => None,
-        };
-        let rows = system.group.iter().map(own).collect();
+        let rows = system.group.iter().map(|group| group.estimated().filter(|g| *g < counted)).collect();
         let whitening = Whitening::new(&pattern, &sd, &lines, &variances.lines);
         Floor { whitening, rows, deviations, spread: variances.spread.clone(), total, groups: variances.groups.len() }
     }

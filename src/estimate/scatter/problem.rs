@@ -8,7 +8,7 @@ use super::elimination::Whitening;
 use super::inference::{Inference, LeftOut, Membership};
 use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Elimination, Estimate, Group, Settings, System, adjust, adjust_on, groups};
+use crate::estimate::{Elimination, Estimate, Settings, System, adjust, adjust_on, groups};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -85,7 +85,7 @@ impl<'a> Problem<'a> {
                 count - 1
             }));
         }
-        let rows = system.group.iter().map(|group| if let Group::Estimated(g) = group { Some(*g) } else { None });
+        let rows = system.group.iter().map(|group| group.estimated());
         let mut deviations = vec![None; pattern.deviations];
         for ((line, start), own) in lines.iter().zip(&pattern.first).zip(&component) {
             deviations[*start..start + line.levels()].fill(*own);
@@ -123,8 +123,7 @@ impl<'a> Problem<'a> {
     }
 
     fn whitening_with(&self, lines: &[ScatterLine], theta: &[f64]) -> Whitening {
-        let own = |(u, own): (&f64, &Option<usize>)| u * own.map_or(1.0, |g| theta[g].sqrt());
-        let sd: Vec<f64> = self.system.u.iter().zip(&self.members.rows).map(own).collect();
+        let sd = self.system.scaled_u(|g| theta[g].sqrt());
         Whitening::new(&self.pattern, &sd, lines, &self.variances(theta))
     }
 
