@@ -3,7 +3,7 @@
 //!
 //! Large or rank-deficient matrices go through faer and [`crate::estimate`] (column-pivoted QR). Products that differ on purpose say so by their
 //! names or their places, and why at their heads: `compensated_dot` (twice the precision, for refinement), the reflections of `estimate/panel.rs`,
-//! `estimate/eight.rs` and `estimate/small_qr.rs`, `eliminate` and `roots` of the plans (many candidates side by side; pivots in order of size).
+//! `estimate/eight.rs` and `estimate/pivoted.rs`, `eliminate` and `roots` of the plans (many candidates side by side; pivots in order of size).
 
 use crate::elements::Parts;
 use faer::Mat;
@@ -181,6 +181,14 @@ pub(crate) fn turned(rows: &Mat<f64>, observed: &[f64], directions: &Mat<f64>, s
     out.col_as_slice_mut(r).copy_from_slice(observed);
     subtract(out.col_as_slice_mut(r), rows, step);
     out
+}
+
+/// Condition number in the 2-norm, `sigma_max / sigma_min`; `None` for an empty matrix, and for one that is singular.
+pub(crate) fn condition(matrix: &Mat<f64>) -> Option<f64> {
+    let values = matrix.singular_values().ok()?;
+    // the largest is the first
+    let (most, least) = values.first().zip(values.last())?;
+    (*least > 0.0).then(|| most / least)
 }
 
 /// `c' M c`.

@@ -85,7 +85,11 @@ impl Factor {
             r.col_as_slice_mut(j)[..=j].copy_from_slice(&pivoted.r.col_as_slice(j)[..=j]);
         }
         let mut r_inverse = Mat::zeros(rank, rank);
-        invert(&r, &mut r_inverse);
+        for j in 0..rank {
+            let column = &mut r_inverse.col_as_slice_mut(j)[..=j];
+            column[j] = 1.0;
+            substitute(&r, column);
+        }
         let q = if pivoted.q.ncols() == rank { pivoted.q } else { pivoted.q.subcols(0, rank).to_owned() };
         let basis = pivoted.order[..rank].to_vec();
         Ok(Factor { q, r, r_inverse, basis, dependence, weight, scale, tolerance, embedding: None })
@@ -145,7 +149,7 @@ impl Factor {
     pub fn solve(&self, observed: &[f64]) -> Result<Vec<f64>> {
         self.check_rows(observed)?;
         let weighted: Vec<f64> = observed.iter().zip(&self.weight).map(|(y, w)| w * y).collect();
-        let solution = self.spread(&self.back_substitute(self.onto_basis(&weighted)));
+        let solution = self.spread(self.onto_basis(&weighted));
         Ok(match &self.embedding {
             None => solution,
             Some(embedding) => embedding.direction(&solution),
@@ -230,19 +234,6 @@ impl Factor {
         }
     }
 
-    /// `R^-1 c`, the scaled solution in pivot order.
-    pub(super) fn back_substitute(&self, mut c: Vec<f64>) -> Vec<f64> {
-        for k in (0..self.rank()).rev() {
-            let column = self.r.col_as_slice(k);
-            let z = c[k] / column[k];
-            c[k] = z;
-            for (c, r) in c.iter_mut().zip(&column[..k]) {
-                *c -= z * r;
-            }
-        }
-        c
-    }
-
     /// `R^-T c`.
     pub(super) fn forward_substitute(&self, mut c: Vec<f64>) -> Vec<f64> {
         for k in 0..self.rank() {
@@ -253,10 +244,11 @@ impl Factor {
         c
     }
 
-    /// From the scaled solution in pivot order to the unknowns in the user's order.
-    pub(super) fn spread(&self, scaled: &[f64]) -> Vec<f64> {
+    /// `D^-1 R^-1 c`, the unknowns in the user's order; zero outside the basis.
+    pub(super) fn spread(&self, mut c: Vec<f64>) -> Vec<f64> {
+        substitute(&self.r, &mut c);
         let mut solution = vec![0.0; self.scale.len()];
-        for (z, &j) in scaled.iter().zip(&self.basis) {
+        for (z, &j) in c.iter().zip(&self.basis) {
             solution[j] = z / self.scale[j];
         }
         solution
@@ -285,17 +277,13 @@ impl Embedding {
     }
 }
 
-/// The inverse of an upper triangle, column by column.
-fn invert(r: &Mat<f64>, inverse: &mut Mat<f64>) {
-    for j in 0..r.ncols() {
-        let column = inverse.col_as_slice_mut(j);
-        column[j] = 1.0;
-        for k in (0..=j).rev() {
-            let own = r.col_as_slice(k);
-            let x = column[k] / own[k];
-            column[k] = x;
-            column[..k].iter_mut().zip(&own[..k]).for_each(|(c, r)| *c -= x * r);
-        }
+/// `R^-1 c` in place, by the leading part of an upper triangle that `c` is as long as.
+pub(super) fn substitute(r: &Mat<f64>, c: &mut [f64]) {
+    for k in (0..c.len()).rev() {
+        let column = r.col_as_slice(k);
+        let x = c[k] / column[k];
+        c[k] = x;
+        c[..k].iter_mut().zip(column).for_each(|(c, r)| *c -= x * r);
     }
 }
 

@@ -5,7 +5,7 @@
 )]
 
 use super::compensated::accumulate;
-use super::factor::Factor;
+use super::factor::{Factor, substitute};
 use super::unknowns::Unknowns;
 use super::{Group, Settings, System, panel, refine};
 use crate::error::{Fault, Malformed, Result};
@@ -145,17 +145,13 @@ impl Fold {
     /// The solution of the triangle by substitution, where no column is nearly one of those before it.
     fn substituted(&self) -> Option<Vec<f64>> {
         let (n, last) = (self.unknowns, self.triangle.ncols() - 1);
-        let mut point = self.triangle.col_as_slice(last)[..n].to_vec();
-        for k in (0..n).rev() {
+        let stands_out = |k: usize| {
             let column = &self.triangle.col_as_slice(k)[..=k];
-            let (above, own) = (&column[..k], column[k].abs());
-            if !(own > 1e-6 * above.iter().fold(own, |most, r| most.max(r.abs()))) {
-                return None;
-            }
-            let x = point[k] / column[k];
-            point[k] = x;
-            point.iter_mut().zip(above).for_each(|(c, r)| *c -= x * r);
-        }
+            let own = column[k].abs();
+            own > 1e-6 * column.iter().fold(own, |most, r| most.max(r.abs()))
+        };
+        let mut point = (0..n).all(stands_out).then(|| self.triangle.col_as_slice(last)[..n].to_vec())?;
+        substitute(&self.triangle, &mut point);
         point.iter().all(|x| x.is_finite()).then_some(point)
     }
 

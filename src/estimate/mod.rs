@@ -12,8 +12,8 @@
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
 //! | `unknowns.rs` | what an estimate says of the unknowns, whether its rows are at hand or folded |
 //! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
-//! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
-//! | `eight.rs` | eight of them side by side |
+//! | `pivoted.rs` | the pivoted QR |
+//! | `eight.rs` | eight small systems side by side |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `compress.rs` | each group's rows as a triangle that says the same |
@@ -33,7 +33,6 @@ mod adjust;
 mod basis;
 mod compensated;
 mod compress;
-mod condition;
 mod cone_program;
 pub(crate) mod eight;
 mod equalities;
@@ -46,7 +45,6 @@ mod pivoted;
 mod refine;
 pub mod scatter;
 mod sequential;
-mod small_qr;
 mod unknowns;
 
 pub use adjust::{Estimate, adjust, solve};

@@ -30,7 +30,7 @@ pub(super) fn solve(factor: &Factor, rows: MatRef<'_, f64>, observed: &[f64], li
     let mut rest: Vec<f64> = observed.iter().zip(weight).map(|(y, w)| w * y).collect();
     let along = factor.onto_basis(&rest);
     factor.subtract_span(&along, &mut rest);
-    let solution = factor.spread(&factor.back_substitute(along));
+    let solution = factor.spread(along);
     let residuals = rest.iter().zip(weight).map(|(v, w)| v / w).collect();
     let mut best = Refined { solution, residuals, steps: 0 };
     let mut last_change = f64::INFINITY;
@@ -69,7 +69,7 @@ fn step(factor: &Factor, rows: MatRef<'_, f64>, observed: &[f64], now: &Refined)
     let shift = factor.forward_substitute(g);
     along.iter_mut().zip(&shift).for_each(|(c, h)| *c -= h);
     factor.subtract_span(&along, &mut f);
-    let correction = factor.spread(&factor.back_substitute(along));
+    let correction = factor.spread(along);
     let solution: Vec<f64> = now.solution.iter().zip(&correction).map(|(x, dx)| x + dx).collect();
     let residuals: Vec<f64> = now.residuals.iter().zip(f.iter().zip(weight)).map(|(v, (f, w))| v + f / w).collect();
     if !solution.iter().chain(&residuals).all(|value| value.is_finite()) {

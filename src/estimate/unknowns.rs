@@ -5,7 +5,6 @@
 )]
 
 use super::basis::Combination;
-use super::condition::condition;
 use super::factor::Factor;
 use faer::Mat;
 
@@ -64,7 +63,7 @@ impl Unknowns {
 
     /// Condition number in the 2-norm of the weighted, column-scaled basis; `None` if it is empty.
     pub fn condition(&self) -> Option<f64> {
-        condition(&self.triangle)
+        crate::linear::condition(&self.triangle)
     }
 
     /// Is this unknown determined by the rows? Nothing beyond the unknowns is.
