@@ -143,19 +143,24 @@ pub(crate) fn mixture_half_interval(parts: &[(f64, f64, f64)], nu: f64, level: f
         Some(sum)
     };
     let widest = parts.iter().map(|(_, place, scale)| place.abs() + scale).fold(0.0, f64::max);
-    let (mut low, mut high) = (0.0, widest);
-    while outside(high)? > 1.0 - level {
+    falls(outside, 1.0 - level, widest, 1e-13)
+}
+
+/// Where a probability falls to `level`, to a share of the place: doubled from a first guess, then halved. `None` where the probability has no value, or stays above.
+pub(crate) fn falls(probability: impl Fn(f64) -> Option<f64>, level: f64, guess: f64, share: f64) -> Option<f64> {
+    let (mut low, mut high) = (0.0, guess);
+    while probability(high)? > level {
         (low, high) = (high, 2.0 * high);
         if !high.is_finite() {
             return None;
         }
     }
-    while high - low > 1e-13 * high {
+    while high - low > share * high {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;
         }
-        if outside(middle)? > 1.0 - level { low = middle } else { high = middle }
+        if probability(middle)? > level { low = middle } else { high = middle }
     }
     Some(0.5 * (low + high))
 }

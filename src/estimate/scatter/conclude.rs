@@ -7,7 +7,7 @@
 use super::condense::Condensed;
 use super::problem::{Ended, FULL, Limits, Problem, SEPARATED};
 use super::time::{self, Along};
-use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, inference, mixture};
+use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, mixture};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
 use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
@@ -114,7 +114,7 @@ pub(crate) fn step_scattered(
     let (theta, whitening, found) = match Condensed::new(&problem) {
         None => {
             let (theta, whitening) = match timed.along {
-                Some(_) => (start.to_vec(), problem.whitening(start)),
+                Some(_) => (start.to_vec(), problem.whitening(problem.lines, start)),
                 None => problem.walk(start)?,
             };
             let found = solve(&problem.white(&whitening), &ScaleHints::default(), settings)?;
@@ -127,7 +127,7 @@ pub(crate) fn step_scattered(
             let tolerance = settings.rank_tolerance.unwrap_or_else(|| rank_tolerance(system.shape()));
             let settings = Settings { rank_tolerance: Some(tolerance), ..*settings };
             let found = solve(&small.white(&whitening), &ScaleHints::default(), &settings)?;
-            let whitening = problem.whitening(&theta);
+            let whitening = problem.whitening(problem.lines, &theta);
             (theta, whitening, found)
         }
     };
@@ -139,7 +139,7 @@ impl Problem<'_> {
     /// Variances as a step on the way needs them: they need not settle, they go on from step to step, and the last step settles them.
     fn walk(&mut self, start: &[f64]) -> Result<(Vec<f64>, Whitening)> {
         if self.members.count == 0 {
-            return Ok((Vec::new(), self.whitening(&[])));
+            return Ok((Vec::new(), self.whitening(self.lines, &[])));
         }
         let steps = if start.is_empty() { 30 } else { 3 };
         let ended = self.solve(start, Limits { steps, settled: 1e-6 })?;
@@ -181,7 +181,7 @@ fn conclude(
         Some(along) => along.costs(inference.s.nrows(), &leaning),
         None => {
             let spread = super::restricted::spread(&inference.s, &free);
-            let correction = inference::correction(&directions, &spread, |g, h| inference.crossing(g, h));
+            let correction = inference.correction(&directions, &spread);
             (spread, correction)
         }
     };
@@ -250,7 +250,7 @@ fn conclude(
         shares,
         sensitivities,
         standardized: [inference.residuals.rows.as_slice(), &inference.residuals.deviations].concat(),
-        redundancy: inference.row_redundancy(),
+        redundancy: point.whitening.redundancies(point.estimate.factor.thin_q()),
         deviance: point.deviance,
         estimate: point.estimate,
         whitening: point.whitening,
@@ -314,7 +314,7 @@ impl Problem<'_> {
         if self.component.iter().all(|own| missing(own).is_none()) {
             return Ok(none);
         }
-        let Some(point) = self.at(&self.start()?)? else { return Ok(none) };
+        let Some(point) = self.at(self.lines, &self.start()?)? else { return Ok(none) };
         let inference = self.inference(&point);
         let directions = point.estimate.factor.whitened_directions();
         let whole = &directions * directions.transpose();

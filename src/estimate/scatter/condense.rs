@@ -190,7 +190,7 @@ impl<'a> Problem<'a> {
         let mut small = self.on(&fewer, start.len() != self.members.count)?;
         let ended = small.solve(start, limits)?;
         // at the edge of what is a covariance, rounding decides: then all rows do
-        let Some(point) = self.at(&ended.theta)? else { return self.solve(start, limits) };
+        let Some(point) = self.at(self.lines, &ended.theta)? else { return self.solve(start, limits) };
         self.state = small.state;
         let inference = self.inference(&point);
         Ok(Ended { point, inference, ..ended })

@@ -266,7 +266,7 @@ impl Whitening {
     }
 
     /// Values of the rows, as many as the pattern has: what is lacking is not a number.
-    fn of_rows(&self, mut rows: Vec<f64>) -> Augmented {
+    pub(super) fn of_rows(&self, mut rows: Vec<f64>) -> Augmented {
         rows.resize(self.pattern.rows, f64::NAN);
         Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }
     }

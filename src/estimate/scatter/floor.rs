@@ -9,7 +9,7 @@
     reason = "`Pattern::new` gives each line a start, and as many deviations after it as the line has levels"
 )]
 
-use super::elimination::{Augmented, Whitening};
+use super::elimination::Whitening;
 use super::{Pattern, ScatterLine, Scattered};
 use crate::elements::Elements;
 use crate::estimate::System;
@@ -115,8 +115,7 @@ impl Floor {
     /// `g_k`: the share of each estimated variance in that of a direction of whitened rows; what is left of 1 is stated.
     pub(crate) fn shares(&self, white: &[f64]) -> Vec<f64> {
         let mut shares = vec![0.0; self.spread.nrows()];
-        let none = vec![0.0; self.deviations.len()];
-        let back = self.whitening.backward(Augmented { rows: white.to_vec(), deviations: none });
+        let back = self.whitening.backward(self.whitening.of_rows(white.to_vec()));
         for (own, v) in self.rows.iter().zip(&back.rows) {
             if let Some(slot) = own.and_then(|g| shares.get_mut(g)) {
                 *slot += v * v;

@@ -302,7 +302,7 @@ impl Problem<'_> {
                     Axis::Time { line, .. } => time::set(lines.to_mut(), *line, at.exp()),
                 }
             }
-            let point = self.at_with(&lines, &theta)?.filter(|point| point.basis == top.basis);
+            let point = self.at(&lines, &theta)?.filter(|point| point.basis == top.basis);
             let Some(point) = point else { continue };
             let inference = self.inference(&point);
             let part = Mat::from_fn(kept.len(), kept.len(), |a, b| inference.s[(kept[a], kept[b])]);

@@ -117,12 +117,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The rows made independent at these variances of the components.
-    pub fn whitening(&self, theta: &[f64]) -> Whitening {
-        self.whitening_with(self.lines, theta)
-    }
-
-    fn whitening_with(&self, lines: &[ScatterLine], theta: &[f64]) -> Whitening {
+    /// The rows made independent at these variances of the components; `lines` are the problem's, or those with other correlation times.
+    pub fn whitening(&self, lines: &[ScatterLine], theta: &[f64]) -> Whitening {
         let sd = self.system.scaled_u(|g| theta[g].sqrt());
         Whitening::new(&self.pattern, &sd, lines, &self.variances(theta))
     }
@@ -133,13 +129,8 @@ impl<'a> Problem<'a> {
     }
 
     /// The adjustment at these variances of the components; `None` where they are no covariance.
-    pub fn at(&self, theta: &[f64]) -> Result<Option<Point>> {
-        self.at_with(self.lines, theta)
-    }
-
-    /// The same with other correlation times.
-    pub(super) fn at_with(&self, lines: &[ScatterLine], theta: &[f64]) -> Result<Option<Point>> {
-        let whitening = self.whitening_with(lines, theta);
+    pub fn at(&self, lines: &[ScatterLine], theta: &[f64]) -> Result<Option<Point>> {
+        let whitening = self.whitening(lines, theta);
         if !whitening.is_positive() {
             return Ok(None);
         }
@@ -390,7 +381,7 @@ impl Problem<'_> {
     }
 
     pub(super) fn at_or_fail(&self, theta: &[f64]) -> Result<Point> {
-        self.at(theta)?.ok_or_else(|| {
+        self.at(self.lines, theta)?.ok_or_else(|| {
             Malformed::new(Fault::Value, "the variances of the random effects are not a covariance matrix")
         })
     }
@@ -427,7 +418,7 @@ impl Problem<'_> {
                     let size = (theta[*g].abs() * t.powf(share)).max(floor[*g]).max(f64::MIN_POSITIVE);
                     trial[*g] = size.copysign(theta[*g]);
                 }
-                if let Some(next) = self.at(&trial)? {
+                if let Some(next) = self.at(self.lines, &trial)? {
                     let room = 1e-10 * (1.0 + point.deviance.abs());
                     let better = next.deviance <= point.deviance + room || next.basis != point.basis;
                     if better || share < 1e-3 || !next.deviance.is_finite() {
@@ -459,7 +450,7 @@ impl Problem<'_> {
                     theta[c] = -share * self.natural(line, &ended.theta);
                 }
             }
-            match self.at(&theta)? {
+            match self.at(self.lines, &theta)? {
                 Some(point) if point.deviance < ended.point.deviance => break (theta, point),
                 _ if open.is_empty() || share < 10.0 * UNSEEN => return Ok(()),
                 _ => share *= 0.2,
