@@ -4,10 +4,9 @@
     reason = "`System::check` has made observed, u and group as long as the rows, and group numbers smaller; per-group lists have `groups::count` entries, per-unknown ones the columns"
 )]
 
-use super::compress::Compressed;
 use super::factor::Factor;
-use super::groups::{self, ScaleHints};
-use super::refine::{self, Refined};
+use super::groups::{self, Compressed, ScaleHints};
+use super::refine;
 use super::scatter::chain::Part as NoisePart;
 use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
 use super::unknowns::Unknowns;
@@ -94,7 +93,7 @@ pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &
     crate::stop::poll();
     system.check()?;
     let count = groups::count(&system.group);
-    let alone = is_alone(system, count);
+    let alone = system.is_of_one_scale();
     let scales = match count == 0 || alone {
         true => groups::Scales::none(count),
         false => groups::scales(&Compressed::new(system, count), hints, settings)?,
@@ -139,12 +138,10 @@ pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &
         refinements: fit.steps,
         factor,
     };
-    estimate.in_range()
-}
-
-/// One group alone: its scale changes no weight relative to another.
-fn is_alone(system: &System, count: usize) -> bool {
-    count == 1 && !system.group.contains(&Group::Known)
+    let finite = estimate.unknowns.is_finite()
+        && estimate.sum_of_squares.is_finite()
+        && estimate.residuals.iter().all(|v| v.is_finite());
+    if finite { Ok(estimate) } else { Err(out_of_range()) }
 }
 
 /// Up to so many rows compressing them costs more than it saves.
@@ -172,32 +169,28 @@ pub struct Solution {
 pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Solution> {
     system.check()?;
     let count = groups::count(&system.group);
-    if (count == 0 || is_alone(system, count)) && system.observed.len() <= FEW {
+    let plain = count == 0 || system.is_of_one_scale();
+    let found = if plain && system.observed.len() <= FEW {
         // so few rows are factorised as they are
         let weight = system.u.iter().map(|u| 1.0 / u).collect();
         let factor = Factor::new(system.rows.as_ref(), weight, system.observed.len(), settings.rank_tolerance)?;
         let found = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements.min(1));
-        let finite = found.solution.iter().chain(&found.residuals).all(|value| value.is_finite());
         let (rank, group_scale) = (factor.rank(), vec![1.0; count]);
-        let Refined { solution, residuals, .. } = found;
-        return match finite {
-            true => Ok(Solution { solution, rank, residuals, group_scale, group_converged: true }),
-            false => Err(out_of_range()),
+        Solution { solution: found.solution, rank, residuals: found.residuals, group_scale, group_converged: true }
+    } else {
+        let compressed = Compressed::new(system, count);
+        let scales = match plain {
+            true => groups::Scales::none(count),
+            false => groups::scales(&compressed, hints, settings)?,
         };
-    }
-    let compressed = Compressed::new(system, count);
-    let scales = match count == 0 || is_alone(system, count) {
-        true => groups::Scales::none(count),
-        false => groups::scales(&compressed, hints, settings)?,
+        let group_scale = scales.entering();
+        let factor = compressed.factor(|g| group_scale[g], settings)?;
+        let solution = compressed.solve(&factor, 1).solution;
+        let residuals = system.residuals(&solution);
+        Solution { solution, rank: factor.rank(), residuals, group_scale, group_converged: scales.converged }
     };
-    let group_scale = scales.entering();
-    let factor = compressed.factor(|g| group_scale[g], settings)?;
-    let solution = compressed.solve(&factor, 1).solution;
-    let residuals = system.residuals(&solution);
-    if !solution.iter().chain(&residuals).all(|value| value.is_finite()) {
-        return Err(out_of_range());
-    }
-    Ok(Solution { solution, rank: factor.rank(), residuals, group_scale, group_converged: scales.converged })
+    let finite = found.solution.iter().chain(&found.residuals).all(|value| value.is_finite());
+    if finite { Ok(found) } else { Err(out_of_range()) }
 }
 
 /// Which unknowns follow readings of a group whose scale is not determined, `n`.
@@ -214,19 +207,6 @@ fn depends_on_undetermined(system: &System, factor: &Factor, scale: &[Option<f64
         system.group.iter().enumerate().any(|(i, group)| undetermined(group) && share(i) > 1e-10 * most)
     };
     (0..n).map(depends).collect()
-}
-
-impl Estimate {
-    /// The promise that every number is finite, kept or refused.
-    fn in_range(self) -> Result<Self> {
-        let finite = self.unknowns.is_finite()
-            && self.sum_of_squares.is_finite()
-            && self.residuals.iter().all(|v| v.is_finite());
-        if finite {
-            return Ok(self);
-        }
-        Err(out_of_range())
-    }
 }
 
 fn out_of_range() -> Malformed {

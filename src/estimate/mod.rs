@@ -16,8 +16,7 @@
 //! | `eight.rs` | eight small systems side by side |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `refine.rs` | iterative refinement with residuals in twice the working precision |
-//! | `compress.rs` | each group's rows as a triangle that says the same |
-//! | `groups.rs` | the scales `s_g` of several groups, and what it costs to estimate them |
+//! | `groups.rs` | each group's rows as a triangle that says the same; the scales `s_g` of several groups |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
 //! | `cone_program.rs` | the same question as clarabel takes it, and its answer to the last digit |
@@ -32,7 +31,6 @@
 mod adjust;
 mod basis;
 mod compensated;
-mod compress;
 mod cone_program;
 pub(crate) mod eight;
 mod equalities;
@@ -51,13 +49,12 @@ pub use adjust::{Estimate, adjust, solve};
 pub(crate) use adjust::{ScaleUncertainty, adjust_hinted};
 pub(crate) use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
-pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;
 pub(crate) use equalities::{Elimination, adjust_on_hinted};
 pub use equalities::{Equation, Equations, adjust_on};
 pub(crate) use factor::{Factor, product_by_rows};
 pub use fold::Fold;
-pub(crate) use groups::{NO_REDUNDANCY, ScaleHints};
+pub(crate) use groups::{Block, Compressed, NO_REDUNDANCY, ScaleHints, Scaled};
 pub(crate) use inequalities::Side;
 pub use inequalities::{Bounds, Inequality, Restricted, restrict};
 pub(crate) use scatter::{
@@ -135,6 +132,11 @@ impl System {
     /// Standard uncertainty of each row with the scale of its group; known ones as they are.
     pub(crate) fn scaled_u(&self, scale: impl Fn(usize) -> f64) -> Vec<f64> {
         self.u.iter().zip(&self.group).map(|(u, group)| u * group.estimated().map_or(1.0, &scale)).collect()
+    }
+
+    /// Are all rows of one group, whose common variance is estimated after the adjustment? Its scale changes no weight relative to another.
+    pub(crate) fn is_of_one_scale(&self) -> bool {
+        self.group.iter().all(|group| *group == Group::Estimated(0))
     }
 
     /// Rows and columns.
