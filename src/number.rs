@@ -91,6 +91,12 @@ pub(crate) const fn single(x: f64) -> f32 {
     x as f32
 }
 
+/// The middle of some values (of an even number the upper one), which are put in another order; `None` of none.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
 /// A list in random order (Fisher and Yates).
 pub(crate) fn shuffle<T>(list: &mut [T], rng: &mut rand_pcg::Pcg64Mcg) {
     for k in (1..list.len()).rev() {

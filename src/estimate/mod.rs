@@ -45,8 +45,8 @@ pub mod scatter;
 mod sequential;
 mod unknowns;
 
+pub(crate) use adjust::ScaleUncertainty;
 pub use adjust::{Estimate, adjust, solve};
-pub(crate) use adjust::{ScaleUncertainty, adjust_hinted};
 pub(crate) use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
 pub(crate) use cone_program::solver_settings;

@@ -3,6 +3,7 @@
 use super::{Column, Record, listed};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
+use crate::number;
 use crate::units::Unit;
 use crate::vocabulary::vocabulary;
 use std::ops::Range;
@@ -375,8 +376,7 @@ impl Clock {
         if equal < steps.len() && 2 * steps.iter().filter(is_even).count() <= steps.len() {
             let apart = times.iter().zip(times.iter().skip(NEAR)).take(PAIRS);
             let mut apart: Vec<f64> = apart.map(|(before, time)| (time - before) * factor / NEAR as f64).collect();
-            apart.sort_by(f64::total_cmp);
-            median = apart.get(apart.len() / 2).copied().filter(|step| *step > 0.0).unwrap_or(median);
+            median = number::median(&mut apart).filter(|step| *step > 0.0).unwrap_or(median);
         }
         // half of the rows and more share their time with the row before: the times are coarser than the samples
         let coarse = equal >= steps.len();
@@ -605,17 +605,16 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
     let first = *times.first()?;
     let mut steps: Vec<f64> = pairs(times).map(|(a, b)| b - a).collect();
     steps.retain(|step| *step > 0.0);
-    let middle = steps.len() / 2;
-    let (_, median, _) = (!steps.is_empty()).then(|| steps.select_nth_unstable_by(middle, f64::total_cmp))?;
-    let of = |(name, seconds): (&'static str, f64)| Unsaid { name, seconds, step: *median * seconds };
-    let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && *median * seconds < SLOW;
-    if *median < FAST && DAYS.iter().any(|days| days.contains(&first)) {
+    let median = number::median(&mut steps)?;
+    let of = |(name, seconds): (&'static str, f64)| Unsaid { name, seconds, step: median * seconds };
+    let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && median * seconds < SLOW;
+    if median < FAST && DAYS.iter().any(|days| days.contains(&first)) {
         return Some(of(("days", 86_400.0)));
     }
     let [second, _, micro, nano] = UNITS;
-    let by_steps = if *median < SLOW {
+    let by_steps = if median < SLOW {
         second
-    } else if *median < 1e6 {
+    } else if median < 1e6 {
         micro
     } else {
         nano

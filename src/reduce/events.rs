@@ -273,10 +273,10 @@ impl Watch {
         }
         around.clear();
         around.extend_from_slice(near);
-        let middle = median(around);
+        let middle = number::median(around).unwrap_or(0.0);
         apart.clear();
         apart.extend(around.iter().map(|other| (other - middle).abs()));
-        if around.len() < REACH || (value - middle).abs() <= FAR * median(apart) / 0.6745 {
+        if around.len() < REACH || (value - middle).abs() <= FAR * number::median(apart).unwrap_or(0.0) / 0.6745 {
             return;
         }
         let sample = first + k as u64;
@@ -355,10 +355,4 @@ fn first_jump(values: &[f64], least: f64) -> Option<usize> {
         }
     }
     None
-}
-
-/// The middle of some values, which are put in another order; 0 of none.
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
 }

@@ -8,7 +8,7 @@ use super::elimination::Whitening;
 use super::inference::{Inference, LeftOut, Membership};
 use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Elimination, Estimate, Settings, System, adjust, adjust_on, groups};
+use crate::estimate::{Elimination, Estimate, ScaleHints, Settings, System, adjust_on_hinted, groups};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -111,10 +111,7 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn adjust(&self, system: &System) -> Result<Estimate> {
-        match self.elimination {
-            Some(elimination) => adjust_on(system, elimination, self.settings),
-            None => adjust(system, self.settings),
-        }
+        adjust_on_hinted(system, self.elimination, &ScaleHints::default(), self.settings)
     }
 
     /// The rows made independent at these variances of the components; `lines` are the problem's, or those with other correlation times.

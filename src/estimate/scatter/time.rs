@@ -131,9 +131,8 @@ pub(super) fn range(line: &ScatterLine) -> (f64, f64) {
     times.sort_by(f64::total_cmp);
     let whole = times.last().zip(times.first()).map_or(1.0, |(b, a)| b - a);
     let mut gaps: Vec<f64> = times.windows(2).map(|p| p[1] - p[0]).filter(|g| *g > 0.0).collect();
-    gaps.sort_by(f64::total_cmp);
     // all at one time: any correlation time will do
-    time_range(gaps.get(gaps.len() / 2).copied().unwrap_or(1.0), whole)
+    time_range(crate::number::median(&mut gaps).unwrap_or(1.0), whole)
 }
 
 /// The same from the middling step between times and their whole length.

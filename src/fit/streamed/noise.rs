@@ -268,9 +268,8 @@ impl Found {
             let (factor, natural) = (self.noise[*s].white.powi(2), own.rows / own.weight);
             let length = own.last - own.first.unwrap_or(own.last);
             let mut steps: Vec<f64> = own.steps.iter().copied().filter(|step| *step > 0.0).collect();
-            steps.sort_by(f64::total_cmp);
             // all at one time: any correlation time will do
-            let step = steps.get(steps.len() / 2).copied().unwrap_or(1.0);
+            let step = crate::number::median(&mut steps).unwrap_or(1.0);
             let mut begin = self.noise[*s];
             if let Some(stated) = lines[*s] {
                 // in units of the relative noise
