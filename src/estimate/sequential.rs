@@ -36,7 +36,6 @@ pub struct Sequential {
     spread: f64,
     mean: Vec<f64>,
     last: Option<f64>,
-    rows: u64,
     logarithms: Sum,
     /// For each row of a block: what the mean keeps on its way to the row, the gain, one over the innovation's standard deviation.
     gains: Vec<[f64; 3]>,
@@ -51,7 +50,6 @@ impl Sequential {
             spread: variance,
             mean: vec![0.0; columns],
             last: None,
-            rows: 0,
             logarithms: Sum::default(),
             gains: Vec::new(),
         }
@@ -103,7 +101,6 @@ impl Sequential {
             .expected(format!("{} columns, {k} times, {k} standard deviations", self.mean.len()))
             .found(format!("{n}, {} and {}", time.len(), sd.len())));
         }
-        self.rows += k as u64;
         self.gains.clear();
         if self.variance == 0.0 && sd.iter().all(|sd| *sd == 1.0) {
             return Ok(true);
@@ -115,11 +112,6 @@ impl Sequential {
     /// `log |V|` of all rows so far.
     pub fn log_determinant(&self) -> f64 {
         self.logarithms.value()
-    }
-
-    /// Rows so far.
-    pub fn rows(&self) -> u64 {
-        self.rows
     }
 
     /// Of row `i` of the last block: what the mean of a column keeps on its way to the row, the gain, one over the innovation's standard deviation.

@@ -41,8 +41,9 @@ pub(crate) fn scattered(
     settings: &Settings,
     sums: bool,
 ) -> Result<Scattered> {
-    let timed = time::with_times(system, lines, elimination, least, settings, (&[], &[]))?;
-    let mut problem = Problem::new(system, &timed.lines, elimination, least, settings)?;
+    let problem = Problem::new(system, lines, elimination, least, settings)?;
+    let timed = time::with_times(&problem, &[], &[])?;
+    let mut problem = if let Some(lines) = &timed.lines { problem.again(system, lines)? } else { problem };
     let along = match &timed.along {
         Some(along) => problem.ended_along(along, &timed.start)?,
         None => None,
@@ -108,9 +109,10 @@ pub(crate) fn step_scattered(
     settings: &Settings,
 ) -> Result<Stepped> {
     let (start, times) = before.map_or((&[][..], &[][..]), |step| (&step.theta, &step.times));
-    let timed = time::with_times(system, lines, None, least, settings, (start, times))?;
+    let problem = Problem::new(system, lines, None, least, settings)?;
+    let timed = time::with_times(&problem, start, times)?;
     let start = &timed.start[..];
-    let mut problem = Problem::new(system, &timed.lines, None, least, settings)?;
+    let mut problem = if let Some(lines) = &timed.lines { problem.again(system, lines)? } else { problem };
     let (theta, whitening, found) = match Condensed::new(&problem) {
         None => {
             let (theta, whitening) = match timed.along {
@@ -151,7 +153,7 @@ impl Problem<'_> {
 fn conclude(
     mut problem: Problem<'_>,
     ended: Ended,
-    (timed, sums): (&time::Timed<'_>, bool),
+    (timed, sums): (&time::Timed, bool),
     along: Option<&Along>,
 ) -> Result<Scattered> {
     let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, is_open, iterations, converged } =

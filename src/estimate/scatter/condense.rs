@@ -172,8 +172,7 @@ impl<'a> Problem<'a> {
         'a: 'b,
     {
         let plain = if begins { Some(self.plain()?) } else { None };
-        let mut small = Problem::new(&fewer.system, &fewer.lines, self.elimination, &[], self.settings)?;
-        small.floor.clone_from(&self.floor);
+        let mut small = self.again(&fewer.system, &fewer.lines)?;
         (small.left_out, small.plain) = (fewer.left_out.clone(), plain);
         Ok(small)
     }

@@ -218,7 +218,7 @@ impl Problem<'_> {
         top: &Point,
         theta: &[f64],
         kept: &[usize],
-        timed: &time::Timed<'_>,
+        timed: &time::Timed,
     ) -> Result<Option<Mixture>> {
         if (0..self.groups).any(|g| !kept.contains(&g)) {
             return Ok(None);
@@ -325,7 +325,7 @@ impl Problem<'_> {
         Ok(found)
     }
 
-    fn axes(&self, theta: &[f64], components: &[usize], timed: &time::Timed<'_>) -> Vec<Axis> {
+    fn axes(&self, theta: &[f64], components: &[usize], timed: &time::Timed) -> Vec<Axis> {
         let line_of = |c: usize| self.lines.iter().zip(&self.component).position(|(_, own)| *own == Some(c));
         let component = |c: &usize| {
             let (below, unit) = match line_of(*c) {

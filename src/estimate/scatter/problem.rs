@@ -110,6 +110,15 @@ impl<'a> Problem<'a> {
         })
     }
 
+    /// The same question of other rows, or with other correlation times.
+    pub(super) fn again<'b>(&self, system: &'b System, lines: &'b [ScatterLine]) -> Result<Problem<'b>>
+    where
+        'a: 'b,
+    {
+        let own = Problem::new(system, lines, self.elimination, &[], self.settings)?;
+        Ok(Problem { floor: self.floor.clone(), ..own })
+    }
+
     pub(super) fn adjust(&self, system: &System) -> Result<Estimate> {
         adjust_on_hinted(system, self.elimination, &ScaleHints::default(), self.settings)
     }
