@@ -240,12 +240,9 @@ fn estimate(rows: &Compressed, hints: &ScaleHints<'_>, settings: &Settings) -> R
         })
         .collect();
     let own = |g: usize| rows.blocks[g].own.filter(|(_, dof)| *dof > 0).map(|(squares, dof)| squares / dof as f64);
-    let (mut sum, mut known) = (0.0, 0);
-    for variance in (0..count).filter_map(own) {
-        sum += variance;
-        known += 1;
-    }
-    let other = if known > 0 && sum > 0.0 { sum / f64::from(known) } else { 1.0 };
+    let known: Vec<f64> = (0..count).filter_map(own).collect();
+    let sum: f64 = known.iter().sum();
+    let other = if sum > 0.0 { sum / known.len() as f64 } else { 1.0 };
     let begin = |g: usize| hints.start.get(g).map(|s| s * s).or_else(|| own(g)).unwrap_or(other);
     let mut variance: Vec<f64> = (0..count).map(|g| begin(g).max(least[g])).collect();
     let (mut free, mut parts) = parts(rows, &variance, settings)?;

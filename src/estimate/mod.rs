@@ -176,10 +176,8 @@ impl System {
         let (m, n) = self.shape();
         for (name, len) in [("observed", self.observed.len()), ("u", self.u.len()), ("group", self.group.len())] {
             if len != m {
-                return Err(Malformed::new(Fault::Value, format!("the system's '{name}' has the wrong length"))
-                    .at_path(name)
-                    .expected(format!("{m}, one per row"))
-                    .found(len.to_string()));
+                let what = format!("the system's '{name}' has the wrong length");
+                return Err(refused(what, name.into(), format!("{m}, one per row"), len));
             }
         }
         for j in 0..n {
@@ -191,19 +189,13 @@ impl System {
             return Err(not_finite("an observed value", format!("observed[{i}]"), *y));
         }
         if let Some((i, u)) = self.u.iter().enumerate().find(|(_, u)| !(u.is_finite() && **u > 0.0)) {
-            return Err(Malformed::new(Fault::Value, "a standard uncertainty is not positive")
-                .at_path(format!("u[{i}]"))
-                .expected("a positive, finite number")
-                .found(u.to_string()));
+            let what = "a standard uncertainty is not positive".into();
+            return Err(refused(what, format!("u[{i}]"), "a positive, finite number".into(), u));
         }
         for (i, group) in self.group.iter().enumerate() {
-            if let Group::Estimated(g) = group
-                && *g >= m
-            {
-                return Err(Malformed::new(Fault::Value, "a group's number is larger than the number of rows")
-                    .at_path(format!("group[{i}]"))
-                    .expected(format!("a number from 0 to {}", m - 1))
-                    .found(g.to_string()));
+            if let Some(g) = group.estimated().filter(|g| *g >= m) {
+                let what = "a group's number is larger than the number of rows".into();
+                return Err(refused(what, format!("group[{i}]"), format!("a number from 0 to {}", m - 1), g));
             }
         }
         Ok(())
@@ -211,8 +203,9 @@ impl System {
 }
 
 fn not_finite(what: &str, path: String, found: f64) -> Malformed {
-    Malformed::new(Fault::Value, format!("{what} is not finite"))
-        .at_path(path)
-        .expected("a finite number")
-        .found(found.to_string())
+    refused(format!("{what} is not finite"), path, "a finite number".into(), found)
+}
+
+fn refused(what: String, path: String, expected: String, found: impl ToString) -> Malformed {
+    Malformed::new(Fault::Value, what).at_path(path).expected(expected).found(found.to_string())
 }

@@ -59,9 +59,14 @@ impl Sequential {
     ///
     /// Errors: times that do not rise (equal ones are taken where there is white noise), lengths that disagree, a row without any noise.
     pub fn whiten(&mut self, block: &mut Mat<f64>, time: &[f64], sd: &[f64]) -> Result<()> {
-        if self.take(block.shape(), time, sd)? {
-            return Ok(());
+        if !self.take(block.shape(), time, sd)? {
+            self.turn(block);
         }
+        Ok(())
+    }
+
+    /// A block by the gains that were found for it.
+    fn turn(&mut self, block: &mut Mat<f64>) {
         let correlated = self.variance > 0.0;
         for (j, mean) in self.mean.iter_mut().enumerate() {
             let mut own = *mean;
@@ -77,17 +82,15 @@ impl Sequential {
             }
             *mean = own;
         }
-        Ok(())
     }
 
     /// The same with a block that stays as it is; white rows of unit variance are not copied. Errors: those of [`Sequential::whiten`].
     pub(crate) fn whitened<'a>(&mut self, block: &'a Mat<f64>, time: &[f64], sd: &[f64]) -> Result<Cow<'a, Mat<f64>>> {
-        if self.variance == 0.0 && sd.iter().all(|sd| *sd == 1.0) {
-            self.take(block.shape(), time, sd)?;
+        if self.take(block.shape(), time, sd)? {
             return Ok(Cow::Borrowed(block));
         }
         let mut own = block.clone();
-        self.whiten(&mut own, time, sd)?;
+        self.turn(&mut own);
         Ok(Cow::Owned(own))
     }
 

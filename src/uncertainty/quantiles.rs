@@ -284,24 +284,21 @@ fn normal_deviate(t: f64, nu: f64) -> f64 {
 }
 
 fn chi_square_tails(x: f64, nu: f64) -> Option<Tails> {
-    if x.is_nan() || !positive(nu) || nu.is_infinite() {
-        return None;
-    }
-    Some(match x {
-        x if x <= 0.0 => Tails { lower: 0.0, upper: 1.0, density: 0.0 },
-        f64::INFINITY => Tails { lower: 1.0, upper: 0.0, density: 0.0 },
-        x => tails::gamma(0.5 * nu, 0.5 * x),
-    })
+    let tails = |x: f64| of_positive(x, |x| tails::gamma(0.5 * nu, 0.5 * x));
+    if positive(nu) && nu.is_finite() { tails(x) } else { None }
 }
 
 fn fisher_f_tails(f: f64, d1: f64, d2: f64) -> Option<Tails> {
-    if f.is_nan() || !positive(d1) || !positive(d2) {
-        return None;
-    }
-    Some(match f {
-        f if f <= 0.0 => Tails { lower: 0.0, upper: 1.0, density: 0.0 },
+    if positive(d1) && positive(d2) { of_positive(f, |f| fisher_f_pair(f, d1, d2)) } else { None }
+}
+
+/// The tails of a variable that is above zero, `tails` those at such a number; `None` for what is no number.
+fn of_positive(x: f64, tails: impl FnOnce(f64) -> Tails) -> Option<Tails> {
+    Some(match x {
+        x if x.is_nan() => return None,
+        x if x <= 0.0 => Tails { lower: 0.0, upper: 1.0, density: 0.0 },
         f64::INFINITY => Tails { lower: 1.0, upper: 0.0, density: 0.0 },
-        f => fisher_f_pair(f, d1, d2),
+        x => tails(x),
     })
 }
 
