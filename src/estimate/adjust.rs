@@ -4,12 +4,10 @@
     reason = "`System::check` has made observed, u and group as long as the rows, and group numbers smaller; per-group lists have `groups::count` entries, per-unknown ones the columns"
 )]
 
-use super::factor::Factor;
+use super::factor::{Factor, Unknowns};
 use super::groups::{self, Compressed, ScaleHints};
-use super::refine;
 use super::scatter::chain::Part as NoisePart;
 use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
-use super::unknowns::Unknowns;
 use super::{Group, Settings, System};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
@@ -101,7 +99,7 @@ pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &
     let entering = scales.entering();
     let weight = system.scaled_u(|g| entering[g]).into_iter().map(f64::recip).collect();
     let factor = Factor::new(system.rows.as_ref(), weight, 0, settings.rank_tolerance)?;
-    let fit = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements);
+    let fit = factor.refined(system.rows.as_ref(), &system.observed, settings.refinements);
 
     let dof = system.u.len() - factor.rank();
     let leverage = factor.leverages();
@@ -174,7 +172,7 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
         // so few rows are factorised as they are
         let weight = system.u.iter().map(|u| 1.0 / u).collect();
         let factor = Factor::new(system.rows.as_ref(), weight, system.observed.len(), settings.rank_tolerance)?;
-        let found = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements.min(1));
+        let found = factor.refined(system.rows.as_ref(), &system.observed, settings.refinements.min(1));
         let (rank, group_scale) = (factor.rank(), vec![1.0; count]);
         Solution { solution: found.solution, rank, residuals: found.residuals, group_scale, group_converged: true }
     } else {

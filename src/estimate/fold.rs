@@ -5,9 +5,8 @@
 )]
 
 use super::compensated::accumulate;
-use super::factor::{Factor, substitute};
-use super::unknowns::Unknowns;
-use super::{Group, Settings, System, panel, refine};
+use super::factor::{Factor, Unknowns, substitute};
+use super::{Group, Settings, System, panel};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::short_dot;
 use crate::number;
@@ -172,7 +171,7 @@ impl Fold {
         let observed = self.triangle.col_as_slice(last);
         let z = observed[..n].to_vec();
         let factor = Factor::new(rows, vec![1.0; n], self.rows, settings.rank_tolerance)?;
-        let mut fit = refine::solve(&factor, rows, &z, settings.refinements);
+        let mut fit = factor.refined(rows, &z, settings.refinements);
         let rest = observed[n..].iter().chain(&fit.residuals);
         let sum_of_squares = rest.map(|v| v * v).sum::<f64>();
         fit.solution.iter_mut().zip(&self.about).for_each(|(x, about)| *x += about);

@@ -8,12 +8,10 @@
     reason = "`adjust` runs `System::check` first: one observed value, u and group for each row, and `count` is above every group's number; blocks have as many columns, and there is one, with a range, for each group and behind them for the known ones"
 )]
 
-use super::factor::Factor;
+use super::factor::{Factor, Refined, Unknowns};
 use super::fold::{Fold, triangle_of};
-use super::refine::{self, Refined};
 use super::scatter::chain::Part as NoisePart;
 use super::scatter::restricted::NoiseModel;
-use super::unknowns::Unknowns;
 use super::{Group, Settings, System};
 use crate::error::Result;
 use faer::linalg::matmul::matmul;
@@ -153,7 +151,7 @@ impl Compressed {
 
     /// Solution and residuals of the compressed rows.
     pub(super) fn solve(&self, factor: &Factor, refinements: usize) -> Refined {
-        refine::solve(factor, self.rows.as_ref(), &self.observed, refinements)
+        factor.refined(self.rows.as_ref(), &self.observed, refinements)
     }
 
     /// Norm of the weighted observations, and that of what a step makes of the weighted predictions.

@@ -10,12 +10,10 @@
 //! | file | subject |
 //! |---|---|
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
-//! | `unknowns.rs` | what an estimate says of the unknowns, whether its rows are at hand or folded |
-//! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
+//! | `factor.rs` | weights, column scales, pivoted QR, rank; solutions refined with residuals in twice the working precision; what it says of the unknowns |
 //! | `pivoted.rs` | the pivoted QR |
 //! | `eight.rs` | eight small systems side by side |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
-//! | `refine.rs` | iterative refinement with residuals in twice the working precision |
 //! | `groups.rs` | each group's rows as a triangle that says the same; the scales `s_g` of several groups |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
@@ -40,10 +38,8 @@ mod groups;
 mod inequalities;
 mod panel;
 mod pivoted;
-mod refine;
 pub mod scatter;
 mod sequential;
-mod unknowns;
 
 pub(crate) use adjust::ScaleUncertainty;
 pub use adjust::{Estimate, adjust, solve};
@@ -52,7 +48,7 @@ pub(crate) use compensated::Sum;
 pub(crate) use cone_program::solver_settings;
 pub(crate) use equalities::{Elimination, adjust_on_hinted};
 pub use equalities::{Equation, Equations, adjust_on};
-pub(crate) use factor::{Factor, product_by_rows};
+pub(crate) use factor::{Factor, Unknowns, product_by_rows};
 pub use fold::Fold;
 pub(crate) use groups::{Block, Compressed, NO_REDUNDANCY, ScaleHints, Scaled};
 pub(crate) use inequalities::Side;
@@ -65,7 +61,6 @@ pub(crate) use scatter::{
 pub use scatter::{Felt, LineState, Memory, Pattern, ScatterLine, Scattered, Whitening, adjust_scattered};
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;
-pub(crate) use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
