@@ -6,7 +6,7 @@
 //! `estimate/eight.rs` and `estimate/pivoted.rs`, `eliminate` and `roots` of the plans (many candidates side by side; pivots in order of size).
 
 use crate::elements::Parts;
-use faer::Mat;
+use faer::{Mat, MatRef};
 
 /// Scalar product, in eight sums side by side (in order below eight elements); of columns of two lengths, the shorter counts.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -50,6 +50,14 @@ pub(crate) fn project<D: AsRef<[f64]>>(column: &mut [f64], directions: &[D]) {
     for direction in directions {
         let along = dot(direction.as_ref(), column);
         column.iter_mut().zip(direction.as_ref()).for_each(|(v, d)| *v -= along * d);
+    }
+}
+
+/// Takes out of a column what an orthonormal basis has of it, twice for orthogonality to rounding; each product in one sum.
+pub(crate) fn project_out(column: &mut [f64], basis: MatRef<'_, f64>) {
+    for direction in basis.col_iter().chain(basis.col_iter()) {
+        let along: f64 = direction.iter().zip(column.iter()).map(|(q, v)| q * v).sum();
+        column.iter_mut().zip(direction.iter()).for_each(|(v, q)| *v -= along * q);
     }
 }
 
