@@ -3,10 +3,10 @@
 //!
 //! Large or rank-deficient matrices go through faer and [`crate::estimate`] (column-pivoted QR). Products that differ on purpose say so by their
 //! names or their places, and why at their heads: `compensated_dot` (twice the precision, for refinement), the reflections of `estimate/panel.rs`,
-//! `estimate/eight.rs` and `estimate/small_qr.rs`, `eliminate` and `roots` of the plans (many candidates side by side; pivots in order of size).
+//! `estimate/eight.rs` and `estimate/pivoted.rs`, `eliminate` and `roots` of the plans (many candidates side by side; pivots in order of size).
 
 use crate::elements::Parts;
-use faer::Mat;
+use faer::{Mat, MatRef};
 
 /// Scalar product, in eight sums side by side (in order below eight elements); of columns of two lengths, the shorter counts.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -50,6 +50,14 @@ pub(crate) fn project<D: AsRef<[f64]>>(column: &mut [f64], directions: &[D]) {
     for direction in directions {
         let along = dot(direction.as_ref(), column);
         column.iter_mut().zip(direction.as_ref()).for_each(|(v, d)| *v -= along * d);
+    }
+}
+
+/// Takes out of a column what an orthonormal basis has of it, twice for orthogonality to rounding; each product in one sum.
+pub(crate) fn project_out(column: &mut [f64], basis: MatRef<'_, f64>) {
+    for direction in basis.col_iter().chain(basis.col_iter()) {
+        let along: f64 = direction.iter().zip(column.iter()).map(|(q, v)| q * v).sum();
+        column.iter_mut().zip(direction.iter()).for_each(|(v, q)| *v -= along * q);
     }
 }
 
@@ -181,6 +189,14 @@ pub(crate) fn turned(rows: &Mat<f64>, observed: &[f64], directions: &Mat<f64>, s
     out.col_as_slice_mut(r).copy_from_slice(observed);
     subtract(out.col_as_slice_mut(r), rows, step);
     out
+}
+
+/// Condition number in the 2-norm, `sigma_max / sigma_min`; `None` for an empty matrix, and for one that is singular.
+pub(crate) fn condition(matrix: &Mat<f64>) -> Option<f64> {
+    let values = matrix.singular_values().ok()?;
+    // the largest is the first
+    let (most, least) = values.first().zip(values.last())?;
+    (*least > 0.0).then(|| most / least)
 }
 
 /// `c' M c`.

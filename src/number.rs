@@ -91,10 +91,10 @@ pub(crate) const fn single(x: f64) -> f32 {
     x as f32
 }
 
-/// The middle of some values, of an even number the upper of both; the list is put in another order. `None` of none.
-pub(crate) fn middle(values: &mut [f64]) -> Option<f64> {
-    let half = values.len() / 2;
-    (!values.is_empty()).then(|| *values.select_nth_unstable_by(half, f64::total_cmp).1)
+/// The middle of some values (of an even number the upper one), which are put in another order; `None` of none.
+pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
 /// A list in random order (Fisher and Yates).

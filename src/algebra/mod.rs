@@ -20,13 +20,11 @@ mod homogeneity;
 mod language;
 mod parse;
 mod tape;
-mod terms;
 
-pub(crate) use analysis::NameDegree;
+pub(crate) use analysis::{NameDegree, Term};
 pub use expression::Expression;
 pub(crate) use function::Function;
 pub(crate) use homogeneity::{Powers, Reason};
 pub(crate) use language::Language;
 pub(crate) use tape::{Lane, lanes};
 pub use tape::{Scratch, Tape};
-pub(crate) use terms::Term;

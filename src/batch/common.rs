@@ -90,7 +90,7 @@ impl Common {
         let design = design::assemble(campaign, &model, &reference).ok()?;
         fit::check_rows(campaign, &model, &design).ok()?;
         let system = fit::weigh(campaign, &design, settings.weighting).ok()?;
-        let scaled = system.group.iter().all(|group| *group == Group::Estimated(0));
+        let scaled = system.is_of_one_scale();
         let stated = system.group.iter().all(|group| *group == Group::Known);
         if system.group.is_empty() || !(scaled || stated) {
             return None;

@@ -8,7 +8,7 @@
 //! reading far from its stretch stays by itself, so that it can be named.
 
 use crate::campaign::{Campaign, Observation, Per, Reading, Readings};
-use crate::number;
+use crate::number::median;
 use std::collections::{HashMap, HashSet};
 
 /// Campaigns with more readings than this are averaged,
@@ -117,14 +117,12 @@ fn apart(campaign: &Campaign, groups: &[Vec<usize>]) -> HashSet<usize> {
         let mut far: Vec<(usize, f64)> = Vec::new();
         for group in groups.iter().filter(|group| group.len() >= FEWEST) {
             let values: Vec<f64> = group.iter().filter_map(value).collect();
-            let Some(middle) = number::middle(&mut values.clone()) else { continue };
-            spreads.extend(number::middle(&mut values.iter().map(|v| (v - middle).abs()).collect::<Vec<_>>()));
+            let Some(middle) = median(&mut values.clone()) else { continue };
+            spreads.extend(median(&mut values.iter().map(|v| (v - middle).abs()).collect::<Vec<f64>>()));
             far.extend(group.iter().filter_map(|k| Some((*k, (value(k)? - middle).abs()))));
         }
         // 1.4826: the median absolute deviation of a normal distribution
-        let Some(sd) = number::middle(&mut spreads).map(|spread| 1.4826 * spread).filter(|sd| *sd > 0.0) else {
-            continue;
-        };
+        let Some(sd) = median(&mut spreads).map(|spread| 1.4826 * spread).filter(|sd| *sd > 0.0) else { continue };
         far.retain(|(_, distance)| *distance > APART * sd);
         if (far.len() as f64) <= MOST_APART * rows.len() as f64 {
             apart.extend(far.into_iter().map(|(k, _)| k));

@@ -4,7 +4,6 @@ use super::Candidate;
 use super::noise::Weighted;
 use super::score::Deviations;
 use crate::campaign::{Campaign, Kind};
-use crate::estimate::Group;
 use crate::fit::Fit;
 
 /// Value, standard uncertainty and unit of an effect's coefficient, as the difference from a stated value where it has one.
@@ -47,11 +46,7 @@ pub(super) fn beyond_noise(fit: &Fit, weighted: &Weighted, deviations: &Deviatio
     let mut counted = combination.iter().map(|l| l * l).sum();
     // noise that is not stated is not the same in the fit, where what deviates is noise, and in the score
     if weighted.floor.is_none() {
-        let scale = |group: &Group| match group {
-            Group::Estimated(g) => fit.estimate.scale_or_one(*g),
-            Group::Known => 1.0,
-        };
-        let sd = fit.system.u.iter().zip(&fit.system.group).map(|(u, group)| u * scale(group));
+        let sd = fit.system.scaled_u(|g| fit.estimate.scale_or_one(g));
         counted = 0.0;
         for ((l, weight), sd) in combination.iter_mut().zip(&weighted.weight).zip(sd) {
             let whitened = *l / (weight * sd);

@@ -8,7 +8,7 @@
 //! (QR in its lazy form; Å. Björck, Numerical Methods for Least Squares Problems, 3.2).
 
 use crate::elements::Elements;
-use crate::linear::dot;
+use crate::linear::{dot, project_out};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
@@ -141,12 +141,6 @@ impl Pool {
 
 /// What is left of a column outside the basis, in place (twice, for orthogonality to rounding); gives its norm and scales it to that norm.
 fn project(column: &mut [f64], q: MatRef<'_, f64>) -> f64 {
-    for _ in 0..2 {
-        for k in 0..q.ncols() {
-            let basis = q.col(k);
-            let along: f64 = basis.iter().zip(column.iter()).map(|(q, v)| q * v).sum();
-            column.iter_mut().zip(basis.iter()).for_each(|(v, q)| *v -= along * q);
-        }
-    }
+    project_out(column, q);
     dot(column, column).sqrt()
 }

@@ -13,7 +13,6 @@ use crate::bench::Link;
 use crate::campaign::{Campaign, Deviating, JointState, Per, Scatter, Size};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::Group;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
 use crate::uncertainty::quantiles::chi_square_survival;
@@ -291,11 +290,7 @@ fn of(
         None => String::new(),
     };
     // of the sum of squares in variances of single readings, what is beyond their number
-    let scale = |group: &Group| match group {
-        Group::Estimated(g) => after.estimate.scale_or_one(*g),
-        Group::Known => 1.0,
-    };
-    let own_sd = after.system.u.iter().zip(&after.system.group).map(|(u, group)| u * scale(group));
+    let own_sd = after.system.scaled_u(|g| after.estimate.scale_or_one(g));
     let total: f64 = before.estimate.residuals.iter().zip(own_sd).map(|(v, sd)| (v / sd) * (v / sd)).sum();
     let explains = if total > 0.0 { (1.0 - before.estimate.dof as f64 / total).clamp(0.0, 1.0) } else { 0.0 };
     let sensor = match source.lines.as_slice() {

@@ -4,13 +4,10 @@
     reason = "`System::check` has made observed, u and group as long as the rows, and group numbers smaller; per-group lists have `groups::count` entries, per-unknown ones the columns"
 )]
 
-use super::compress::Compressed;
-use super::factor::Factor;
-use super::groups::{self, ScaleHints};
-use super::refine::{self, Refined};
+use super::factor::{Factor, Unknowns};
+use super::groups::{self, Compressed, ScaleHints};
 use super::scatter::chain::Part as NoisePart;
 use super::scatter::restricted::{NoiseModel, PartNoise, Slot};
-use super::unknowns::Unknowns;
 use super::{Group, Settings, System};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
@@ -58,11 +55,7 @@ impl Estimate {
 
     /// Standard uncertainty of each row of the system, as a divisor: its relative one also where the residuals of its group are all zero.
     pub(crate) fn row_u(&self, system: &System) -> Vec<f64> {
-        let scale = |group: &Group| match group {
-            Group::Estimated(g) => Some(self.scale_or_one(*g)).filter(|scale| *scale > 0.0).unwrap_or(1.0),
-            Group::Known => 1.0,
-        };
-        system.u.iter().zip(&system.group).map(|(u, group)| u * scale(group)).collect()
+        system.scaled_u(|g| Some(self.scale_or_one(g)).filter(|scale| *scale > 0.0).unwrap_or(1.0))
     }
 }
 
@@ -98,14 +91,15 @@ pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &
     crate::stop::poll();
     system.check()?;
     let count = groups::count(&system.group);
-    let alone = is_alone(system, count);
+    let alone = system.is_of_one_scale();
     let scales = match count == 0 || alone {
         true => groups::Scales::none(count),
         false => groups::scales(&Compressed::new(system, count), hints, settings)?,
     };
-    let weight = groups::weights(system, &scales.entering());
+    let entering = scales.entering();
+    let weight = system.scaled_u(|g| entering[g]).into_iter().map(f64::recip).collect();
     let factor = Factor::new(system.rows.as_ref(), weight, 0, settings.rank_tolerance)?;
-    let fit = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements);
+    let fit = factor.refined(system.rows.as_ref(), &system.observed, settings.refinements);
 
     let dof = system.u.len() - factor.rank();
     let leverage = factor.leverages();
@@ -142,12 +136,10 @@ pub(crate) fn adjust_hinted(system: &System, hints: &ScaleHints<'_>, settings: &
         refinements: fit.steps,
         factor,
     };
-    estimate.in_range()
-}
-
-/// One group alone: its scale changes no weight relative to another.
-fn is_alone(system: &System, count: usize) -> bool {
-    count == 1 && !system.group.contains(&Group::Known)
+    let finite = estimate.unknowns.is_finite()
+        && estimate.sum_of_squares.is_finite()
+        && estimate.residuals.iter().all(|v| v.is_finite());
+    if finite { Ok(estimate) } else { Err(out_of_range()) }
 }
 
 /// Up to so many rows compressing them costs more than it saves.
@@ -175,39 +167,34 @@ pub struct Solution {
 pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Result<Solution> {
     system.check()?;
     let count = groups::count(&system.group);
-    if (count == 0 || is_alone(system, count)) && system.observed.len() <= FEW {
+    let plain = count == 0 || system.is_of_one_scale();
+    let found = if plain && system.observed.len() <= FEW {
         // so few rows are factorised as they are
         let weight = system.u.iter().map(|u| 1.0 / u).collect();
         let factor = Factor::new(system.rows.as_ref(), weight, system.observed.len(), settings.rank_tolerance)?;
-        let found = refine::solve(&factor, system.rows.as_ref(), &system.observed, settings.refinements.min(1));
-        let finite = found.solution.iter().chain(&found.residuals).all(|value| value.is_finite());
+        let found = factor.refined(system.rows.as_ref(), &system.observed, settings.refinements.min(1));
         let (rank, group_scale) = (factor.rank(), vec![1.0; count]);
-        let Refined { solution, residuals, .. } = found;
-        return match finite {
-            true => Ok(Solution { solution, rank, residuals, group_scale, group_converged: true }),
-            false => Err(out_of_range()),
+        Solution { solution: found.solution, rank, residuals: found.residuals, group_scale, group_converged: true }
+    } else {
+        let compressed = Compressed::new(system, count);
+        let scales = match plain {
+            true => groups::Scales::none(count),
+            false => groups::scales(&compressed, hints, settings)?,
         };
-    }
-    let compressed = Compressed::new(system, count);
-    let scales = match count == 0 || is_alone(system, count) {
-        true => groups::Scales::none(count),
-        false => groups::scales(&compressed, hints, settings)?,
+        let group_scale = scales.entering();
+        let factor = compressed.factor(|g| group_scale[g], settings)?;
+        let solution = compressed.solve(&factor, 1).solution;
+        let residuals = system.residuals(&solution);
+        Solution { solution, rank: factor.rank(), residuals, group_scale, group_converged: scales.converged }
     };
-    let group_scale = scales.entering();
-    let factor = compressed.factor(|g| group_scale[g], settings)?;
-    let solution = compressed.solve(&factor, 1).solution;
-    let residuals = system.residuals(&solution);
-    if !solution.iter().chain(&residuals).all(|value| value.is_finite()) {
-        return Err(out_of_range());
-    }
-    Ok(Solution { solution, rank: factor.rank(), residuals, group_scale, group_converged: scales.converged })
+    let finite = found.solution.iter().chain(&found.residuals).all(|value| value.is_finite());
+    if finite { Ok(found) } else { Err(out_of_range()) }
 }
 
 /// Which unknowns follow readings of a group whose scale is not determined, `n`.
 fn depends_on_undetermined(system: &System, factor: &Factor, scale: &[Option<f64>]) -> Vec<bool> {
     let n = system.rows.ncols();
-    let undetermined =
-        |group: &Group| matches!(group, Group::Estimated(g) if scale.get(*g).is_none_or(Option::is_none));
+    let undetermined = |group: &Group| group.estimated().is_some_and(|g| scale.get(g).is_none_or(Option::is_none));
     if !system.group.iter().any(undetermined) {
         return vec![false; n];
     }
@@ -218,19 +205,6 @@ fn depends_on_undetermined(system: &System, factor: &Factor, scale: &[Option<f64
         system.group.iter().enumerate().any(|(i, group)| undetermined(group) && share(i) > 1e-10 * most)
     };
     (0..n).map(depends).collect()
-}
-
-impl Estimate {
-    /// The promise that every number is finite, kept or refused.
-    fn in_range(self) -> Result<Self> {
-        let finite = self.unknowns.is_finite()
-            && self.sum_of_squares.is_finite()
-            && self.residuals.iter().all(|v| v.is_finite());
-        if finite {
-            return Ok(self);
-        }
-        Err(out_of_range())
-    }
 }
 
 fn out_of_range() -> Malformed {
@@ -259,10 +233,9 @@ impl Estimate {
         if self.group_iterations == 0 || count == 0 {
             return None;
         }
-        let index = |group: &Group| if let Group::Estimated(g) = group { *g } else { count };
         let part = |g: usize| {
             let all = 0..system.group.len().min(self.residuals.len());
-            let rows: Vec<usize> = all.filter(|i| index(&system.group[*i]) == g).collect();
+            let rows: Vec<usize> = all.filter(|i| system.group[*i].estimated().unwrap_or(count) == g).collect();
             NoisePart::white(rows.len() as f64, 0.0, groups::sums(&self.factor, &self.residuals, &rows))
         };
         let parts: Vec<NoisePart> = (0..=count).map(part).collect();

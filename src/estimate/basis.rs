@@ -7,8 +7,8 @@
     reason = "columns are numbers below `scaled.ncols()` that the factorisation has ordered; every vector of the null space has as many entries"
 )]
 
-use super::pivoted::pivoted_qr;
-use super::small_qr::Pivoted;
+use super::factor::substitute;
+use super::pivoted::{Pivoted, pivoted_qr};
 use crate::elements::Elements;
 use faer::Mat;
 
@@ -93,13 +93,7 @@ fn coupling(found: &Pivoted, scaled: &Mat<f64>, dependent: &[usize]) -> Mat<f64>
         for (k, c) in coupled.iter_mut().enumerate() {
             *c = found.q.col_as_slice(k).iter().zip(column).map(|(q, a)| q * a).sum();
         }
-        for k in (0..rank).rev() {
-            let z = coupled[k] / found.r[(k, k)];
-            coupled[k] = z;
-            for (i, c) in coupled[..k].iter_mut().enumerate() {
-                *c -= z * found.r[(i, k)];
-            }
-        }
+        substitute(&found.r, coupled);
     }
     coupling
 }

@@ -7,9 +7,10 @@
     reason = "rows, values and origins have one entry for each equation, each row one for each of the `n` unknowns; terms about others are left out when rows are made"
 )]
 
+use super::adjust::adjust_hinted;
 use super::basis::Combination;
 use super::factor::Embedding;
-use super::{Estimate, ScaleHints, Settings, System, adjust_hinted};
+use super::{Estimate, ScaleHints, Settings, System};
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
 
@@ -155,17 +156,17 @@ impl Equations {
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings) -> Result<Estimate> {
-    adjust_on_hinted(system, elimination, &ScaleHints::default(), settings)
+    adjust_on_hinted(system, Some(elimination), &ScaleHints::default(), settings)
 }
 
-/// The same with what is known of the groups' scales beforehand.
+/// The same with what is known of the groups' scales beforehand; [`super::adjust`] where there are no equations.
 pub(crate) fn adjust_on_hinted(
     system: &System,
-    elimination: &Elimination,
+    elimination: Option<&Elimination>,
     hints: &ScaleHints<'_>,
     settings: &Settings,
 ) -> Result<Estimate> {
-    let Elimination { kept, lift, offset } = elimination;
+    let Some(Elimination { kept, lift, offset }) = elimination else { return adjust_hinted(system, hints, settings) };
     let (m, n) = system.shape();
     if lift.nrows() != n {
         return Err(Malformed::new(Fault::Value, "the equations are about another number of unknowns")

@@ -5,9 +5,8 @@
 )]
 
 use super::compensated::accumulate;
-use super::factor::Factor;
-use super::unknowns::Unknowns;
-use super::{Group, Settings, System, panel, refine};
+use super::factor::{Factor, Unknowns, substitute};
+use super::{Group, Settings, System, panel};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::short_dot;
 use crate::number;
@@ -104,8 +103,7 @@ impl Fold {
     fn careful(&self, rows: MatRef<'_, f64>, observed: &[f64], u: &[f64]) -> Result<Mat<f64>> {
         let (k, size) = (rows.nrows(), self.triangle.ncols());
         // said with the place and in the words of a system
-        let system =
-            System { group: vec![Group::Known; k], ..System::known(rows.to_owned(), observed.to_vec(), u.to_vec()) };
+        let system = System::known(rows.to_owned(), observed.to_vec(), u.to_vec());
         system.check()?;
         let System { observed, u, .. } = system;
         let observed = about(rows, &observed, &self.about);
@@ -146,17 +144,13 @@ impl Fold {
     /// The solution of the triangle by substitution, where no column is nearly one of those before it.
     fn substituted(&self) -> Option<Vec<f64>> {
         let (n, last) = (self.unknowns, self.triangle.ncols() - 1);
-        let mut point = self.triangle.col_as_slice(last)[..n].to_vec();
-        for k in (0..n).rev() {
+        let stands_out = |k: usize| {
             let column = &self.triangle.col_as_slice(k)[..=k];
-            let (above, own) = (&column[..k], column[k].abs());
-            if !(own > 1e-6 * above.iter().fold(own, |most, r| most.max(r.abs()))) {
-                return None;
-            }
-            let x = point[k] / column[k];
-            point[k] = x;
-            point.iter_mut().zip(above).for_each(|(c, r)| *c -= x * r);
-        }
+            let own = column[k].abs();
+            own > 1e-6 * column.iter().fold(own, |most, r| most.max(r.abs()))
+        };
+        let mut point = (0..n).all(stands_out).then(|| self.triangle.col_as_slice(last)[..n].to_vec())?;
+        substitute(&self.triangle, &mut point);
         point.iter().all(|x| x.is_finite()).then_some(point)
     }
 
@@ -177,7 +171,7 @@ impl Fold {
         let observed = self.triangle.col_as_slice(last);
         let z = observed[..n].to_vec();
         let factor = Factor::new(rows, vec![1.0; n], self.rows, settings.rank_tolerance)?;
-        let mut fit = refine::solve(&factor, rows, &z, settings.refinements);
+        let mut fit = factor.refined(rows, &z, settings.refinements);
         let rest = observed[n..].iter().chain(&fit.residuals);
         let sum_of_squares = rest.map(|v| v * v).sum::<f64>();
         fit.solution.iter_mut().zip(&self.about).for_each(|(x, about)| *x += about);

@@ -11,7 +11,7 @@
 use crate::vocabulary::vocabulary;
 
 use super::cone_program::{Answer, Face, nearest, polish};
-use super::{Equation, Estimate, Group, System};
+use super::{Equation, Estimate, System};
 use faer::Mat;
 
 /// Something that must hold for the unknowns `x` of a system.
@@ -138,8 +138,9 @@ pub fn restrict(system: &System, estimate: &Estimate, inequalities: &[Inequality
         return free(&estimate.unknowns.solution);
     }
     // without degrees of freedom no violation is within the noise
-    problem.rescale(if scale_estimated(system) { estimate.residual_sd().unwrap_or(0.0) } else { 1.0 } * 1e-6);
-    problem.solve(estimate, scale_estimated(system))
+    let scale_estimated = system.is_of_one_scale();
+    problem.rescale(if scale_estimated { estimate.residual_sd().unwrap_or(0.0) } else { 1.0 } * 1e-6);
+    problem.solve(estimate, scale_estimated)
 }
 
 /// Inequalities about unknowns, and the metric in which an estimate is carried to the nearest values that meet them.
@@ -175,11 +176,6 @@ impl Bounds {
         }
         true
     }
-}
-
-/// Is the common variance of all rows estimated after the adjustment (one group alone)?
-fn scale_estimated(system: &System) -> bool {
-    !system.group.contains(&Group::Known) && system.group.iter().all(|g| *g == Group::Estimated(0))
 }
 
 /// A face and where it comes from.

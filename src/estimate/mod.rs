@@ -10,14 +10,11 @@
 //! | file | subject |
 //! |---|---|
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
-//! | `unknowns.rs` | what an estimate says of the unknowns, whether its rows are at hand or folded |
-//! | `factor.rs` | weights, column scales, pivoted QR, rank, and what can be reused of them |
-//! | `small_qr.rs` | the pivoted QR of few rows by plain loops |
-//! | `eight.rs` | eight of them side by side |
+//! | `factor.rs` | weights, column scales, pivoted QR, rank; solutions refined with residuals in twice the working precision; what it says of the unknowns |
+//! | `pivoted.rs` | the pivoted QR |
+//! | `eight.rs` | eight small systems side by side |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
-//! | `refine.rs` | iterative refinement with residuals in twice the working precision |
-//! | `compress.rs` | each group's rows as a triangle that says the same |
-//! | `groups.rs` | the scales `s_g` of several groups, and what it costs to estimate them |
+//! | `groups.rs` | each group's rows as a triangle that says the same; the scales `s_g` of several groups |
 //! | `equalities.rs` | linear equations between unknowns, by elimination |
 //! | `inequalities.rs` | bounds, ranges and norm cones: what is active, what it costs |
 //! | `cone_program.rs` | the same question as clarabel takes it, and its answer to the last digit |
@@ -32,8 +29,6 @@
 mod adjust;
 mod basis;
 mod compensated;
-mod compress;
-mod condition;
 mod cone_program;
 pub(crate) mod eight;
 mod equalities;
@@ -43,23 +38,19 @@ mod groups;
 mod inequalities;
 mod panel;
 mod pivoted;
-mod refine;
 pub mod scatter;
 mod sequential;
-mod small_qr;
-mod unknowns;
 
+pub(crate) use adjust::ScaleUncertainty;
 pub use adjust::{Estimate, adjust, solve};
-pub(crate) use adjust::{ScaleUncertainty, adjust_hinted};
 pub(crate) use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
-pub(crate) use compress::{Block, Compressed, Scaled};
 pub(crate) use cone_program::solver_settings;
 pub(crate) use equalities::{Elimination, adjust_on_hinted};
 pub use equalities::{Equation, Equations, adjust_on};
-pub(crate) use factor::{Factor, product_by_rows};
+pub(crate) use factor::{Factor, Unknowns, product_by_rows};
 pub use fold::Fold;
-pub(crate) use groups::{NO_REDUNDANCY, ScaleHints};
+pub(crate) use groups::{Block, Compressed, NO_REDUNDANCY, ScaleHints, Scaled};
 pub(crate) use inequalities::Side;
 pub use inequalities::{Bounds, Inequality, Restricted, restrict};
 pub(crate) use scatter::{
@@ -70,7 +61,6 @@ pub(crate) use scatter::{
 pub use scatter::{Felt, LineState, Memory, Pattern, ScatterLine, Scattered, Whitening, adjust_scattered};
 pub use sequential::Sequential;
 pub(crate) use sequential::backwards;
-pub(crate) use unknowns::Unknowns;
 
 use crate::error::{Fault, Malformed, Result};
 use faer::Mat;
@@ -83,6 +73,13 @@ pub enum Group {
     Known,
     /// `u` is relative; the common scale of this group is estimated from its residuals. Groups count from 0.
     Estimated(usize),
+}
+
+impl Group {
+    /// Its number, where its scale is estimated.
+    pub(crate) fn estimated(self) -> Option<usize> {
+        if let Group::Estimated(g) = self { Some(g) } else { None }
+    }
 }
 
 /// The linear system to adjust: `m` rows in `n` unknowns, not yet weighted.
@@ -122,6 +119,21 @@ impl System {
         System { rows, observed, group: vec![Group::Known; u.len()], u }
     }
 
+    /// The same rows with other standard uncertainties, all known.
+    pub(crate) fn with_u(&self, u: Vec<f64>) -> Self {
+        System { group: vec![Group::Known; u.len()], u, ..self.clone() }
+    }
+
+    /// Standard uncertainty of each row with the scale of its group; known ones as they are.
+    pub(crate) fn scaled_u(&self, scale: impl Fn(usize) -> f64) -> Vec<f64> {
+        self.u.iter().zip(&self.group).map(|(u, group)| u * group.estimated().map_or(1.0, &scale)).collect()
+    }
+
+    /// Are all rows of one group, whose common variance is estimated after the adjustment? Its scale changes no weight relative to another.
+    pub(crate) fn is_of_one_scale(&self) -> bool {
+        self.group.iter().all(|group| *group == Group::Estimated(0))
+    }
+
     /// Rows and columns.
     pub(crate) fn shape(&self) -> (usize, usize) {
         (self.rows.nrows(), self.rows.ncols())
@@ -159,10 +171,8 @@ impl System {
         let (m, n) = self.shape();
         for (name, len) in [("observed", self.observed.len()), ("u", self.u.len()), ("group", self.group.len())] {
             if len != m {
-                return Err(Malformed::new(Fault::Value, format!("the system's '{name}' has the wrong length"))
-                    .at_path(name)
-                    .expected(format!("{m}, one per row"))
-                    .found(len.to_string()));
+                let what = format!("the system's '{name}' has the wrong length");
+                return Err(refused(what, name.into(), format!("{m}, one per row"), len));
             }
         }
         for j in 0..n {
@@ -174,19 +184,13 @@ impl System {
             return Err(not_finite("an observed value", format!("observed[{i}]"), *y));
         }
         if let Some((i, u)) = self.u.iter().enumerate().find(|(_, u)| !(u.is_finite() && **u > 0.0)) {
-            return Err(Malformed::new(Fault::Value, "a standard uncertainty is not positive")
-                .at_path(format!("u[{i}]"))
-                .expected("a positive, finite number")
-                .found(u.to_string()));
+            let what = "a standard uncertainty is not positive".into();
+            return Err(refused(what, format!("u[{i}]"), "a positive, finite number".into(), u));
         }
         for (i, group) in self.group.iter().enumerate() {
-            if let Group::Estimated(g) = group
-                && *g >= m
-            {
-                return Err(Malformed::new(Fault::Value, "a group's number is larger than the number of rows")
-                    .at_path(format!("group[{i}]"))
-                    .expected(format!("a number from 0 to {}", m - 1))
-                    .found(g.to_string()));
+            if let Some(g) = group.estimated().filter(|g| *g >= m) {
+                let what = "a group's number is larger than the number of rows".into();
+                return Err(refused(what, format!("group[{i}]"), format!("a number from 0 to {}", m - 1), g));
             }
         }
         Ok(())
@@ -194,8 +198,9 @@ impl System {
 }
 
 fn not_finite(what: &str, path: String, found: f64) -> Malformed {
-    Malformed::new(Fault::Value, format!("{what} is not finite"))
-        .at_path(path)
-        .expected("a finite number")
-        .found(found.to_string())
+    refused(format!("{what} is not finite"), path, "a finite number".into(), found)
+}
+
+fn refused(what: String, path: String, expected: String, found: impl ToString) -> Malformed {
+    Malformed::new(Fault::Value, what).at_path(path).expected(expected).found(found.to_string())
 }

@@ -36,7 +36,6 @@ pub struct Sequential {
     spread: f64,
     mean: Vec<f64>,
     last: Option<f64>,
-    rows: u64,
     logarithms: Sum,
     /// For each row of a block: what the mean keeps on its way to the row, the gain, one over the innovation's standard deviation.
     gains: Vec<[f64; 3]>,
@@ -51,7 +50,6 @@ impl Sequential {
             spread: variance,
             mean: vec![0.0; columns],
             last: None,
-            rows: 0,
             logarithms: Sum::default(),
             gains: Vec::new(),
         }
@@ -61,9 +59,14 @@ impl Sequential {
     ///
     /// Errors: times that do not rise (equal ones are taken where there is white noise), lengths that disagree, a row without any noise.
     pub fn whiten(&mut self, block: &mut Mat<f64>, time: &[f64], sd: &[f64]) -> Result<()> {
-        if self.take(block.shape(), time, sd)? {
-            return Ok(());
+        if !self.take(block.shape(), time, sd)? {
+            self.turn(block);
         }
+        Ok(())
+    }
+
+    /// A block by the gains that were found for it.
+    fn turn(&mut self, block: &mut Mat<f64>) {
         let correlated = self.variance > 0.0;
         for (j, mean) in self.mean.iter_mut().enumerate() {
             let mut own = *mean;
@@ -79,17 +82,15 @@ impl Sequential {
             }
             *mean = own;
         }
-        Ok(())
     }
 
     /// The same with a block that stays as it is; white rows of unit variance are not copied. Errors: those of [`Sequential::whiten`].
     pub(crate) fn whitened<'a>(&mut self, block: &'a Mat<f64>, time: &[f64], sd: &[f64]) -> Result<Cow<'a, Mat<f64>>> {
-        if self.variance == 0.0 && sd.iter().all(|sd| *sd == 1.0) {
-            self.take(block.shape(), time, sd)?;
+        if self.take(block.shape(), time, sd)? {
             return Ok(Cow::Borrowed(block));
         }
         let mut own = block.clone();
-        self.whiten(&mut own, time, sd)?;
+        self.turn(&mut own);
         Ok(Cow::Owned(own))
     }
 
@@ -103,7 +104,6 @@ impl Sequential {
             .expected(format!("{} columns, {k} times, {k} standard deviations", self.mean.len()))
             .found(format!("{n}, {} and {}", time.len(), sd.len())));
         }
-        self.rows += k as u64;
         self.gains.clear();
         if self.variance == 0.0 && sd.iter().all(|sd| *sd == 1.0) {
             return Ok(true);
@@ -115,11 +115,6 @@ impl Sequential {
     /// `log |V|` of all rows so far.
     pub fn log_determinant(&self) -> f64 {
         self.logarithms.value()
-    }
-
-    /// Rows so far.
-    pub fn rows(&self) -> u64 {
-        self.rows
     }
 
     /// Of row `i` of the last block: what the mean of a column keeps on its way to the row, the gain, one over the innovation's standard deviation.

@@ -101,7 +101,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
             .and_then(|offsets| offsets.test(&estimate.residuals, each));
     }
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
-    let alone = system.group.iter().all(|g| *g == Group::Estimated(0)) && scattered.is_none();
+    let alone = system.is_of_one_scale() && scattered.is_none();
     let common = Some(estimate.scale_or_one(0)).filter(|scale| alone && *scale > 0.0).unwrap_or(1.0);
     let whitened = match scattered {
         Some(found) => Whitened {

@@ -207,7 +207,7 @@ impl Fit {
     /// Sum of squared residuals in units of their weights. Where all readings are of one scale that is estimated, it is in the square of the sensor's
     /// unit, whatever else scatters.
     pub fn sum_of_squares(&self) -> f64 {
-        let alone = self.system.group.iter().all(|group| *group == Group::Estimated(0));
+        let alone = self.system.is_of_one_scale();
         if self.campaign.scatter.is_empty() || !alone || self.streamed.is_some() {
             return self.estimate.sum_of_squares;
         }

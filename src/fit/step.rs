@@ -12,7 +12,7 @@ use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
     self, Elimination, Equation, Equations, Estimate, Group, NO_REDUNDANCY, Restricted, ScaleHints, Scattered, Stepped,
-    System, Whitening, adjust, adjust_hinted, adjust_on, adjust_on_hinted, adjust_scattered, restrict, scattered_with,
+    System, Whitening, adjust_on_hinted, adjust_scattered, restrict, scattered_with,
 };
 use faer::Mat;
 
@@ -93,8 +93,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             };
             let equations = without.map(|without| cost(&system, &free, &without));
             // whitened rows have unit variance, whatever was estimated on the way
-            let known = || System { group: vec![Group::Known; system.group.len()], ..system.clone() };
-            let weighed = if free.scattered.is_some() { known() } else { system.clone() };
+            let weighed = if free.scattered.is_some() { system.with_u(system.u.clone()) } else { system.clone() };
             inequalities(&weighed, &free.estimate, &rules, design, equations)
         }
     };
@@ -214,10 +213,7 @@ fn adjusted(
         let least = if elimination.is_some() { Vec::new() } else { rounding(campaign, design, system) };
         let solve = |system: &System, elimination: Option<&Elimination>, given: &[Option<f64>]| {
             let hints = ScaleHints { start: &[], least: &least, given };
-            match elimination {
-                Some(elimination) => adjust_on_hinted(system, elimination, &hints, &settings.adjust),
-                None => adjust_hinted(system, &hints, &settings.adjust),
-            }
+            adjust_on_hinted(system, elimination, &hints, &settings.adjust)
         };
         // the scale of one group alone decides no weights
         let several = system.group.iter().any(|group| system.group.first() != Some(group));
@@ -254,10 +250,8 @@ pub(crate) fn adjust_meeting_equations(
     system: &System,
     settings: &crate::estimate::Settings,
 ) -> Result<Estimate> {
-    match Rules::at(campaign, point).eliminate(system, system.rows.ncols()).0 {
-        Some(elimination) => adjust_on(system, &elimination, settings),
-        None => adjust(system, settings),
-    }
+    let (elimination, _) = Rules::at(campaign, point).eliminate(system, system.rows.ncols());
+    adjust_on_hinted(system, elimination.as_ref(), &ScaleHints::default(), settings)
 }
 
 /// Equations of the campaign that contradict each other, by index of the constraint.
@@ -471,10 +465,7 @@ fn squares(whitening: &Whitening, values: &[f64]) -> f64 {
 
 /// `1 / (s_g u)` with the estimated scale where there are several.
 fn weights(system: &System, scale: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
-    let scale_of = |group: &Group| match group {
-        // a scale that is not determined, or zero, leaves the weights as they are
-        Group::Estimated(g) => scale(*g).filter(|s| *s > 0.0).unwrap_or(1.0),
-        Group::Known => 1.0,
-    };
-    system.u.iter().zip(&system.group).map(|(u, group)| 1.0 / (u * scale_of(group))).collect()
+    // a scale that is not determined, or zero, leaves the weights as they are
+    let entering = |g: usize| scale(g).filter(|s| *s > 0.0).unwrap_or(1.0);
+    system.scaled_u(entering).into_iter().map(f64::recip).collect()
 }

@@ -9,7 +9,7 @@ use super::cells::Cells;
 use super::covariance::{Gram, covariance, gram};
 use super::ladder::MISSING;
 use crate::linear::{Triangle, dot, norm, normalise, project};
-use crate::uncertainty::quantiles::{chi_square_survival, normal_survival};
+use crate::uncertainty::quantiles::{chi_square_survival, falls, normal_survival};
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -170,8 +170,9 @@ const SETTLED: f64 = 1e-6;
 /// length, `s^2 = N^2/tau (1 - L/2 tau)` for `tau >= L`. A low-pass filter of first order, `1 - (T/2 tau)(3 - 4 e^(-tau/T) + e^(-2 tau/T))`, takes 0.47 at three time
 /// constants.
 const FILTERED: f64 = 0.5;
-/// How exactly [`falls`] finds a value: u is said to two digits.
+/// How exactly [`falls`] finds a value: u is said to two digits; and what lies outside of an interval, or above a limit.
 const FALLS: f64 = 0.01;
+const OUTSIDE: f64 = 0.05;
 /// Logarithms of the least and largest variance of `e` that no sum of the terms describes: a part in a thousand of a deviation, and a factor of 10^5.
 const APART: (f64, f64) = (-14.0, 7.0);
 /// Of the distributions that the model's neighbours give, those less likely than this do not count.
@@ -642,25 +643,13 @@ impl<'a> Beyond<'a> {
             let down = if half < value { self.probability(value - half, false)? } else { 0.0 };
             Some(self.probability(value + half, true)? + down)
         };
-        falls(outside, 1e-3 * value)
+        falls(outside, OUTSIDE, 1e-3 * value, FALLS)
     }
 
     /// The value that it exceeds with a probability of 5 %.
     fn limit(&self) -> Option<f64> {
         let most = self.sets.iter().map(|(_, fit)| fit.value(self.k)).fold(0.0, f64::max);
-        falls(|value| self.probability(value, true), 1e-3 * most.max(self.points.touch(self.k).sqrt()))
+        let guess = 1e-3 * most.max(self.points.touch(self.k).sqrt());
+        falls(|value| self.probability(value, true), OUTSIDE, guess, FALLS)
     }
-}
-
-/// Where a probability falls to 5 %, from a first guess.
-fn falls(probability: impl Fn(f64) -> Option<f64>, guess: f64) -> Option<f64> {
-    let (mut low, mut high) = (0.0, guess);
-    while probability(high)? > 0.05 {
-        (low, high) = (high, 2.0 * high);
-    }
-    while high - low > FALLS * high {
-        let middle = 0.5 * (low + high);
-        if probability(middle)? > 0.05 { low = middle } else { high = middle }
-    }
-    Some(0.5 * (low + high))
 }

@@ -80,12 +80,7 @@ impl<'a> Whitened<'a> {
             if let Some(shifted) = projected.get_mut(row) {
                 *shifted = 1.0;
             }
-            for _ in 0..2 {
-                for k in 0..q.ncols() {
-                    let along: f64 = projected.iter().enumerate().map(|(i, r)| q[(i, k)] * r).sum();
-                    projected.iter_mut().enumerate().for_each(|(i, r)| *r -= along * q[(i, k)]);
-                }
-            }
+            linear::project_out(&mut projected, q);
             projected
         };
         Whitened {

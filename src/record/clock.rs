@@ -376,7 +376,7 @@ impl Clock {
         if equal < steps.len() && 2 * steps.iter().filter(is_even).count() <= steps.len() {
             let apart = times.iter().zip(times.iter().skip(NEAR)).take(PAIRS);
             let mut apart: Vec<f64> = apart.map(|(before, time)| (time - before) * factor / NEAR as f64).collect();
-            median = number::middle(&mut apart).filter(|step| *step > 0.0).unwrap_or(median);
+            median = number::median(&mut apart).filter(|step| *step > 0.0).unwrap_or(median);
         }
         // half of the rows and more share their time with the row before: the times are coarser than the samples
         let coarse = equal >= steps.len();
@@ -605,7 +605,7 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
     let first = *times.first()?;
     let mut steps: Vec<f64> = pairs(times).map(|(a, b)| b - a).collect();
     steps.retain(|step| *step > 0.0);
-    let median = number::middle(&mut steps)?;
+    let median = number::median(&mut steps)?;
     let of = |(name, seconds): (&'static str, f64)| Unsaid { name, seconds, step: median * seconds };
     let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && median * seconds < SLOW;
     if median < FAST && DAYS.iter().any(|days| days.contains(&first)) {

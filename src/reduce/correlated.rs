@@ -230,7 +230,7 @@ impl Looked<'_> {
     /// The middling standard deviation of the samples of a class.
     pub fn spread(&self, class: &[usize]) -> f64 {
         let mut all: Vec<f64> = class.iter().filter_map(|k| self.segments.get(*k)).map(|own| own.sd).collect();
-        number::middle(&mut all).unwrap_or(0.0) // no class is empty
+        number::median(&mut all).unwrap_or(0.0) // no class is empty
     }
 
     /// Of noise without memory: what is known where nothing tells more.
@@ -573,8 +573,9 @@ fn classes_of(looked: &Looked<'_>, told: &[Told]) -> Vec<Vec<usize>> {
     let edge = |own: &SegmentBlocks| rounded::edge(own) * own.length / own.samples.max(1) as f64 / looked.width;
     let parted = Parted { looked, told, edges: looked.segments.iter().map(edge).collect() };
     let (telling, silent): (Vec<usize>, Vec<usize>) = (0..count).partition(|k| looked.contrasts.at(*k) > 0.0);
-    let mut lengths: Vec<f64> = telling.iter().map(|k| 1.0 + looked.contrasts.at(*k)).collect();
-    let length = number::middle(&mut lengths).unwrap_or(1.0); // of no segments: nothing to part
+    // of no segments: nothing to part
+    let middling = |all: &mut Vec<f64>| number::median(all).unwrap_or(1.0);
+    let length = middling(&mut telling.iter().map(|k| 1.0 + looked.contrasts.at(*k)).collect());
     let sizes: Vec<[f64; 2]> =
         (0..count).map(|k| if looked.contrasts.at(k) > 0.0 { parted.sizes(k, length) } else { [0.0; 2] }).collect();
     let mut classes = parted.moved(vec![parted.class(telling.iter().copied())], &telling);

@@ -273,10 +273,10 @@ impl Watch {
         }
         around.clear();
         around.extend_from_slice(near);
-        let middle = number::middle(around).unwrap_or(0.0);
+        let middle = number::median(around).unwrap_or(0.0);
         apart.clear();
         apart.extend(around.iter().map(|other| (other - middle).abs()));
-        if around.len() < REACH || (value - middle).abs() <= FAR * number::middle(apart).unwrap_or(0.0) / 0.6745 {
+        if around.len() < REACH || (value - middle).abs() <= FAR * number::median(apart).unwrap_or(0.0) / 0.6745 {
             return;
         }
         let sample = first + k as u64;

@@ -4,12 +4,10 @@
 //! |---|---|
 //! | `budget.rs` | contributions to one quantity, combined as the GUM says |
 //! | `monte_carlo.rs` | distributions drawn instead of propagated in first order |
-//! | `kept.rs` | what a Monte Carlo keeps of its trials |
 //! | `quantiles.rs` | cdf, survival function and quantile of the normal, Student t, chi-square and F distributions |
 //! | `tails.rs` | the incomplete beta and gamma functions that they rest on, accurate in the far tails |
 
 mod budget;
-mod kept;
 pub mod monte_carlo;
 pub mod quantiles;
 mod tails;

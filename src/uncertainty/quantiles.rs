@@ -143,19 +143,24 @@ pub(crate) fn mixture_half_interval(parts: &[(f64, f64, f64)], nu: f64, level: f
         Some(sum)
     };
     let widest = parts.iter().map(|(_, place, scale)| place.abs() + scale).fold(0.0, f64::max);
-    let (mut low, mut high) = (0.0, widest);
-    while outside(high)? > 1.0 - level {
+    falls(outside, 1.0 - level, widest, 1e-13)
+}
+
+/// Where a probability falls to `level`, to a share of the place: doubled from a first guess, then halved. `None` where the probability has no value, or stays above.
+pub(crate) fn falls(probability: impl Fn(f64) -> Option<f64>, level: f64, guess: f64, share: f64) -> Option<f64> {
+    let (mut low, mut high) = (0.0, guess);
+    while probability(high)? > level {
         (low, high) = (high, 2.0 * high);
         if !high.is_finite() {
             return None;
         }
     }
-    while high - low > 1e-13 * high {
+    while high - low > share * high {
         let middle = 0.5 * (low + high);
         if middle <= low || middle >= high {
             break;
         }
-        if outside(middle)? > 1.0 - level { low = middle } else { high = middle }
+        if probability(middle)? > level { low = middle } else { high = middle }
     }
     Some(0.5 * (low + high))
 }
@@ -279,24 +284,21 @@ fn normal_deviate(t: f64, nu: f64) -> f64 {
 }
 
 fn chi_square_tails(x: f64, nu: f64) -> Option<Tails> {
-    if x.is_nan() || !positive(nu) || nu.is_infinite() {
-        return None;
-    }
-    Some(match x {
-        x if x <= 0.0 => Tails { lower: 0.0, upper: 1.0, density: 0.0 },
-        f64::INFINITY => Tails { lower: 1.0, upper: 0.0, density: 0.0 },
-        x => tails::gamma(0.5 * nu, 0.5 * x),
-    })
+    let tails = |x: f64| of_positive(x, |x| tails::gamma(0.5 * nu, 0.5 * x));
+    if positive(nu) && nu.is_finite() { tails(x) } else { None }
 }
 
 fn fisher_f_tails(f: f64, d1: f64, d2: f64) -> Option<Tails> {
-    if f.is_nan() || !positive(d1) || !positive(d2) {
-        return None;
-    }
-    Some(match f {
-        f if f <= 0.0 => Tails { lower: 0.0, upper: 1.0, density: 0.0 },
+    if positive(d1) && positive(d2) { of_positive(f, |f| fisher_f_pair(f, d1, d2)) } else { None }
+}
+
+/// The tails of a variable that is above zero, `tails` those at such a number; `None` for what is no number.
+fn of_positive(x: f64, tails: impl FnOnce(f64) -> Tails) -> Option<Tails> {
+    Some(match x {
+        x if x.is_nan() => return None,
+        x if x <= 0.0 => Tails { lower: 0.0, upper: 1.0, density: 0.0 },
         f64::INFINITY => Tails { lower: 1.0, upper: 0.0, density: 0.0 },
-        f => fisher_f_pair(f, d1, d2),
+        x => tails(x),
     })
 }
 

@@ -2,20 +2,15 @@
 
 #[path = "../../src/estimate/compensated.rs"]
 mod compensated;
-#[path = "../../src/estimate/condition.rs"]
-mod condition;
 #[path = "../../src/estimate/eight.rs"]
 pub(crate) mod eight;
 #[path = "../../src/estimate/pivoted.rs"]
 mod pivoted;
-#[path = "../../src/estimate/small_qr.rs"]
-mod small_qr;
 
 pub(crate) use compensated::Sum;
 
-use crate::linear::short_dot;
+use crate::linear::{condition, short_dot};
 use compensated::{accumulate, compensated_dot};
-use condition::condition;
 use eight::{Eight, LANES};
 use faer::Mat;
 use pulp::Arch;
@@ -119,7 +114,7 @@ fn factors_multiply_to_the_columns() {
             a.col_as_slice_mut(j).iter_mut().for_each(|x| *x /= norm);
         }
         let active: Vec<usize> = (0..k).collect();
-        let found = small_qr::pivoted(&a, &active, 1e-13);
+        let found = pivoted::pivoted_qr(&a, &active, 1e-13);
         assert_eq!(found.rank, if k == 6 { 5 } else { m.min(k) });
         let product = &found.q * &found.r;
         for (l, &j) in found.order.iter().enumerate() {

@@ -7,10 +7,10 @@
 use super::condense::Condensed;
 use super::problem::{Ended, FULL, Limits, Problem, SEPARATED};
 use super::time::{self, Along};
-use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, inference, mixture};
+use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, mixture};
 use crate::error::Result;
 use crate::estimate::factor::{product_by_rows, rank_tolerance};
-use crate::estimate::{Elimination, Group, ScaleHints, Settings, System, solve};
+use crate::estimate::{Elimination, ScaleHints, Settings, System, solve};
 use crate::linear::form;
 use faer::{Mat, Scale};
 
@@ -41,8 +41,9 @@ pub(crate) fn scattered(
     settings: &Settings,
     sums: bool,
 ) -> Result<Scattered> {
-    let timed = time::with_times(system, lines, elimination, least, settings, (&[], &[]))?;
-    let mut problem = Problem::new(system, &timed.lines, elimination, least, settings)?;
+    let problem = Problem::new(system, lines, elimination, least, settings)?;
+    let timed = time::with_times(&problem, &[], &[])?;
+    let mut problem = if let Some(lines) = &timed.lines { problem.again(system, lines)? } else { problem };
     let along = match &timed.along {
         Some(along) => problem.ended_along(along, &timed.start)?,
         None => None,
@@ -69,12 +70,7 @@ pub(crate) fn scattered_with(
     settings: &Settings,
 ) -> Result<Scattered> {
     let n = system.rows.ncols();
-    let scale = |(u, group): (&f64, &Group)| match group {
-        Group::Estimated(g) => u * told.weighed_with[*g].sqrt(),
-        Group::Known => *u,
-    };
-    let u = system.u.iter().zip(&system.group).map(scale).collect();
-    let weighed = System { u, group: vec![Group::Known; system.group.len()], ..system.clone() };
+    let weighed = system.with_u(system.scaled_u(|g| told.weighed_with[g].sqrt()));
     let stated = |(k, line): (usize, &ScatterLine)| ScatterLine {
         variance: Some(told.weighed_lines[k]),
         memory: line.memory.clone().map(|memory| Memory { tau: told.tau[k].map(|(tau, _)| tau), ..memory }),
@@ -113,13 +109,14 @@ pub(crate) fn step_scattered(
     settings: &Settings,
 ) -> Result<Stepped> {
     let (start, times) = before.map_or((&[][..], &[][..]), |step| (&step.theta, &step.times));
-    let timed = time::with_times(system, lines, None, least, settings, (start, times))?;
+    let problem = Problem::new(system, lines, None, least, settings)?;
+    let timed = time::with_times(&problem, start, times)?;
     let start = &timed.start[..];
-    let mut problem = Problem::new(system, &timed.lines, None, least, settings)?;
+    let mut problem = if let Some(lines) = &timed.lines { problem.again(system, lines)? } else { problem };
     let (theta, whitening, found) = match Condensed::new(&problem) {
         None => {
             let (theta, whitening) = match timed.along {
-                Some(_) => (start.to_vec(), problem.whitening(start)),
+                Some(_) => (start.to_vec(), problem.whitening(problem.lines, start)),
                 None => problem.walk(start)?,
             };
             let found = solve(&problem.white(&whitening), &ScaleHints::default(), settings)?;
@@ -132,7 +129,7 @@ pub(crate) fn step_scattered(
             let tolerance = settings.rank_tolerance.unwrap_or_else(|| rank_tolerance(system.shape()));
             let settings = Settings { rank_tolerance: Some(tolerance), ..*settings };
             let found = solve(&small.white(&whitening), &ScaleHints::default(), &settings)?;
-            let whitening = problem.whitening(&theta);
+            let whitening = problem.whitening(problem.lines, &theta);
             (theta, whitening, found)
         }
     };
@@ -144,7 +141,7 @@ impl Problem<'_> {
     /// Variances as a step on the way needs them: they need not settle, they go on from step to step, and the last step settles them.
     fn walk(&mut self, start: &[f64]) -> Result<(Vec<f64>, Whitening)> {
         if self.members.count == 0 {
-            return Ok((Vec::new(), self.whitening(&[])));
+            return Ok((Vec::new(), self.whitening(self.lines, &[])));
         }
         let steps = if start.is_empty() { 30 } else { 3 };
         let ended = self.solve(start, Limits { steps, settled: 1e-6 })?;
@@ -156,7 +153,7 @@ impl Problem<'_> {
 fn conclude(
     mut problem: Problem<'_>,
     ended: Ended,
-    (timed, sums): (&time::Timed<'_>, bool),
+    (timed, sums): (&time::Timed, bool),
     along: Option<&Along>,
 ) -> Result<Scattered> {
     let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, is_open, iterations, converged } =
@@ -186,7 +183,7 @@ fn conclude(
         Some(along) => along.costs(inference.s.nrows(), &leaning),
         None => {
             let spread = super::restricted::spread(&inference.s, &free);
-            let correction = inference::correction(&directions, &spread, |g, h| inference.crossing(g, h));
+            let correction = inference.correction(&directions, &spread);
             (spread, correction)
         }
     };
@@ -255,7 +252,7 @@ fn conclude(
         shares,
         sensitivities,
         standardized: [inference.residuals.rows.as_slice(), &inference.residuals.deviations].concat(),
-        redundancy: inference.row_redundancy(),
+        redundancy: point.whitening.redundancies(point.estimate.factor.thin_q()),
         deviance: point.deviance,
         estimate: point.estimate,
         whitening: point.whitening,
@@ -319,7 +316,7 @@ impl Problem<'_> {
         if self.component.iter().all(|own| missing(own).is_none()) {
             return Ok(none);
         }
-        let Some(point) = self.at(&self.start()?)? else { return Ok(none) };
+        let Some(point) = self.at(self.lines, &self.start()?)? else { return Ok(none) };
         let inference = self.inference(&point);
         let directions = point.estimate.factor.whitened_directions();
         let whole = &directions * directions.transpose();

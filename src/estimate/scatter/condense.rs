@@ -144,7 +144,7 @@ fn classes(problem: &Problem<'_>) -> Vec<Class> {
     let mut add = |rows: &mut dyn Iterator<Item = usize>, front: Option<usize>| {
         let mut own: Vec<Vec<usize>> = vec![Vec::new(); groups + 1];
         for row in rows {
-            own[if let Group::Estimated(g) = system.group[row] { g } else { *groups }].push(row);
+            own[system.group[row].estimated().unwrap_or(*groups)].push(row);
         }
         for (g, rows) in own.into_iter().enumerate().filter(|(_, rows)| !rows.is_empty()) {
             let group = if g < *groups { Group::Estimated(g) } else { Group::Known };
@@ -172,8 +172,7 @@ impl<'a> Problem<'a> {
         'a: 'b,
     {
         let plain = if begins { Some(self.plain()?) } else { None };
-        let mut small = Problem::new(&fewer.system, &fewer.lines, self.elimination, &[], self.settings)?;
-        small.floor.clone_from(&self.floor);
+        let mut small = self.again(&fewer.system, &fewer.lines)?;
         (small.left_out, small.plain) = (fewer.left_out.clone(), plain);
         Ok(small)
     }
@@ -190,7 +189,7 @@ impl<'a> Problem<'a> {
         let mut small = self.on(&fewer, start.len() != self.members.count)?;
         let ended = small.solve(start, limits)?;
         // at the edge of what is a covariance, rounding decides: then all rows do
-        let Some(point) = self.at(&ended.theta)? else { return self.solve(start, limits) };
+        let Some(point) = self.at(self.lines, &ended.theta)? else { return self.solve(start, limits) };
         self.state = small.state;
         let inference = self.inference(&point);
         Ok(Ended { point, inference, ..ended })

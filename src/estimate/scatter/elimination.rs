@@ -266,7 +266,7 @@ impl Whitening {
     }
 
     /// Values of the rows, as many as the pattern has: what is lacking is not a number.
-    fn of_rows(&self, mut rows: Vec<f64>) -> Augmented {
+    pub(super) fn of_rows(&self, mut rows: Vec<f64>) -> Augmented {
         rows.resize(self.pattern.rows, f64::NAN);
         Augmented { rows, deviations: vec![0.0; self.pattern.deviations] }
     }
@@ -306,12 +306,7 @@ impl Whitening {
             *own = 1.0;
         }
         let mut white = self.forward(self.of_rows(rows)).rows;
-        for _ in 0..2 {
-            for k in 0..q.ncols() {
-                let along: f64 = white.iter().zip(q.col(k).iter()).map(|(r, q)| q * r).sum();
-                white.iter_mut().zip(q.col(k).iter()).for_each(|(r, q)| *r -= along * q);
-            }
-        }
+        crate::linear::project_out(&mut white, q);
         let back = self.backward(self.of_rows(white));
         [back.rows, back.deviations].concat()
     }

@@ -9,10 +9,10 @@
     reason = "`Pattern::new` gives each line a start, and as many deviations after it as the line has levels"
 )]
 
-use super::elimination::{Augmented, Whitening};
+use super::elimination::Whitening;
 use super::{Pattern, ScatterLine, Scattered};
 use crate::elements::Elements;
-use crate::estimate::{Group, System};
+use crate::estimate::System;
 use faer::Mat;
 
 /// Variances of all that scatters, stated and estimated, and what the estimates are worth.
@@ -70,11 +70,7 @@ impl Floor {
                 memory.tau = Some(*tau);
             }
         }
-        let factor = |group: &Group| match group {
-            Group::Estimated(g) => variances.groups.at(*g),
-            Group::Known => 1.0,
-        };
-        let sd: Vec<f64> = system.u.iter().zip(&system.group).map(|(u, g)| u * factor(g).sqrt()).collect();
+        let sd = system.scaled_u(|g| variances.groups.at(g).sqrt());
         let pattern = Pattern::new(sd.len(), &lines);
         let mut total: Vec<f64> = sd.iter().map(|sd| sd * sd).collect();
         let mut deviations = vec![None; pattern.deviations];
@@ -91,11 +87,7 @@ impl Floor {
         // a variance below zero may leave a single row nothing
         let total = total.iter().zip(&sd).map(|(v, sd)| if *v > 0.0 { v.sqrt() } else { *sd }).collect();
         let counted = variances.spread.nrows();
-        let own = |g: &Group| match g {
-            Group::Estimated(g) => Some(*g).filter(|g| *g < counted),
-            Group::Known => None,
-        };
-        let rows = system.group.iter().map(own).collect();
+        let rows = system.group.iter().map(|group| group.estimated().filter(|g| *g < counted)).collect();
         let whitening = Whitening::new(&pattern, &sd, &lines, &variances.lines);
         Floor { whitening, rows, deviations, spread: variances.spread.clone(), total, groups: variances.groups.len() }
     }
@@ -123,8 +115,7 @@ impl Floor {
     /// `g_k`: the share of each estimated variance in that of a direction of whitened rows; what is left of 1 is stated.
     pub(crate) fn shares(&self, white: &[f64]) -> Vec<f64> {
         let mut shares = vec![0.0; self.spread.nrows()];
-        let none = vec![0.0; self.deviations.len()];
-        let back = self.whitening.backward(Augmented { rows: white.to_vec(), deviations: none });
+        let back = self.whitening.backward(self.whitening.of_rows(white.to_vec()));
         for (own, v) in self.rows.iter().zip(&back.rows) {
             if let Some(slot) = own.and_then(|g| shares.get_mut(g)) {
                 *slot += v * v;

@@ -16,7 +16,7 @@
 )]
 
 use super::elimination::{Augmented, Whitening};
-use crate::linear::dot;
+use crate::linear::{dot, project};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 
@@ -49,8 +49,6 @@ pub(super) struct Inference {
     turned: Vec<Mat<f64>>,
     /// The same of the residuals.
     moved: Vec<Vec<f64>>,
-    /// Squared norms of the rows of `Q1`.
-    norms: Augmented,
 }
 
 /// `A' B`, added to what is there.
@@ -77,9 +75,7 @@ impl Inference {
     ) -> Self {
         let pattern = whitening.pattern();
         let rank = q.ncols();
-        let back = |rows: &[f64]| {
-            whitening.backward(Augmented { rows: rows.to_vec(), deviations: vec![0.0; pattern.deviations] })
-        };
+        let back = |rows: &[f64]| whitening.backward(whitening.of_rows(rows.to_vec()));
         let (mut basis, mut felt) = (Mat::zeros(pattern.rows, rank), Mat::zeros(pattern.deviations, rank));
         for k in 0..rank {
             let column = back(q.col_as_slice(k));
@@ -127,7 +123,7 @@ impl Inference {
         let observed = Mat::from_fn(count, count, |g, h| dot(&moved[g], &moved[h]));
         let s = observed.clone();
         let mut inference =
-            Inference { basis, felt, residuals, squares, redundancy, s, observed, gamma, turned, moved, norms };
+            Inference { basis, felt, residuals, squares, redundancy, s, observed, gamma, turned, moved };
         if let Some(local) = local {
             inference.s = Mat::from_fn(count, count, |g, h| {
                 let products = inner(&inference.gamma[g], &inference.gamma[h]);
@@ -143,12 +139,25 @@ impl Inference {
         inference
     }
 
-    /// `G_g' P_gh G_h`: what Kenward and Roger's correction weighs.
-    pub fn crossing(&self, g: usize, h: usize) -> Mat<f64> {
-        let rank = self.basis.ncols();
-        let mut product = Mat::zeros(rank, rank);
-        add_product(&mut product, self.turned[g].as_ref(), self.turned[h].as_ref());
-        product
+    /// What estimated variances add to the covariance of the unknowns: M. G. Kenward and J. H. Roger, "Small sample inference for fixed effects from restricted
+    /// maximum likelihood", Biometrics 53 (1997), 983-997, `2 T {sum W_gh (Q_gh - P_g P_h)} T'`: what stands in braces is `G_g' P_gh G_h`, `W` the relative covariance
+    /// of the variances. In this form where variances are told by gram matrices of rows; from derivatives of the covariance: `restricted.rs`.
+    ///
+    /// `T` are the whitened directions of the unknowns (`T T'` is their covariance with known variances).
+    pub fn correction(&self, directions: &Mat<f64>, spread: &Mat<f64>) -> Mat<f64> {
+        let rank = directions.ncols();
+        let mut middle = Mat::<f64>::zeros(rank, rank);
+        for g in 0..spread.nrows() {
+            for h in 0..spread.nrows() {
+                let weight = spread[(g, h)];
+                if weight != 0.0 && weight.is_finite() {
+                    let mut crossing = Mat::zeros(rank, rank);
+                    add_product(&mut crossing, self.turned[g].as_ref(), self.turned[h].as_ref());
+                    middle += crossing * faer::Scale(2.0 * weight);
+                }
+            }
+        }
+        directions * middle * directions.transpose()
     }
 
     /// One more component, by what its derivative of `V` makes of `V^-1 A` and of the residuals, both in whitened rows.
@@ -164,16 +173,6 @@ impl Inference {
             })
         };
         (self.s, self.observed) = (grown(&self.s), grown(&self.observed));
-    }
-
-    /// Diagonal of `P` at the rows of readings.
-    pub fn row_redundancy(&self) -> Vec<f64> {
-        let mut left: Vec<f64> = self.norms.rows.iter().map(|norm| 1.0 - norm).collect();
-        for k in 0..self.basis.ncols() {
-            left.iter_mut().zip(self.basis.col_as_slice(k)).for_each(|(left, g)| *left -= g * g);
-        }
-        left.iter_mut().for_each(|left| *left = left.max(0.0));
-        left
     }
 }
 
@@ -224,32 +223,6 @@ fn projected(q: &Mat<f64>, mut white: Mat<f64>, mut residual: Vec<f64>) -> (Mat<
     let mut own = Mat::zeros(rank, rank);
     add_product(&mut own, q.as_ref(), white.as_ref());
     matmul(&mut white, Accum::Add, q.as_ref(), own.as_ref(), -1.0, Par::Seq);
-    for k in 0..rank {
-        let along = dot(q.col_as_slice(k), &residual);
-        residual.iter_mut().zip(q.col_as_slice(k)).for_each(|(w, q)| *w -= along * q);
-    }
+    project(&mut residual, &(0..rank).map(|k| q.col_as_slice(k)).collect::<Vec<_>>());
     (Mat::from_fn(rank, rank, |a, b| 0.5 * (own[(a, b)] + own[(b, a)])), white, residual)
-}
-
-/// What estimated variances add to the covariance of the unknowns: M. G. Kenward and J. H. Roger, "Small sample inference for fixed effects from restricted
-/// maximum likelihood", Biometrics 53 (1997), 983-997, `2 T {sum W_gh (Q_gh - P_g P_h)} T'`: `crossing(g, h)` is what stands in braces, `W` the relative covariance
-/// of the variances. In this form where variances are told by gram matrices of rows; from derivatives of the covariance: `restricted.rs`.
-///
-/// `T` are the whitened directions of the unknowns (`T T'` is their covariance with known variances).
-pub(super) fn correction(
-    directions: &Mat<f64>,
-    spread: &Mat<f64>,
-    crossing: impl Fn(usize, usize) -> Mat<f64>,
-) -> Mat<f64> {
-    let rank = directions.ncols();
-    let mut middle = Mat::<f64>::zeros(rank, rank);
-    for g in 0..spread.nrows() {
-        for h in 0..spread.nrows() {
-            let weight = spread[(g, h)];
-            if weight != 0.0 && weight.is_finite() {
-                middle += crossing(g, h) * faer::Scale(2.0 * weight);
-            }
-        }
-    }
-    directions * middle * directions.transpose()
 }

@@ -218,7 +218,7 @@ impl Problem<'_> {
         top: &Point,
         theta: &[f64],
         kept: &[usize],
-        timed: &time::Timed<'_>,
+        timed: &time::Timed,
     ) -> Result<Option<Mixture>> {
         if (0..self.groups).any(|g| !kept.contains(&g)) {
             return Ok(None);
@@ -302,7 +302,7 @@ impl Problem<'_> {
                     Axis::Time { line, .. } => time::set(lines.to_mut(), *line, at.exp()),
                 }
             }
-            let point = self.at_with(&lines, &theta)?.filter(|point| point.basis == top.basis);
+            let point = self.at(&lines, &theta)?.filter(|point| point.basis == top.basis);
             let Some(point) = point else { continue };
             let inference = self.inference(&point);
             let part = Mat::from_fn(kept.len(), kept.len(), |a, b| inference.s[(kept[a], kept[b])]);
@@ -325,7 +325,7 @@ impl Problem<'_> {
         Ok(found)
     }
 
-    fn axes(&self, theta: &[f64], components: &[usize], timed: &time::Timed<'_>) -> Vec<Axis> {
+    fn axes(&self, theta: &[f64], components: &[usize], timed: &time::Timed) -> Vec<Axis> {
         let line_of = |c: usize| self.lines.iter().zip(&self.component).position(|(_, own)| *own == Some(c));
         let component = |c: &usize| {
             let (below, unit) = match line_of(*c) {

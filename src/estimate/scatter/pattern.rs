@@ -197,31 +197,16 @@ pub(super) struct ByRow<T> {
 
 impl<T: Copy> ByRow<T> {
     /// Pairs of a row and an item, in the order in which each row gets its items; pairs of rows beyond `rows` are left out.
-    pub fn new(rows: usize, pairs: impl Iterator<Item = (usize, T)> + Clone) -> Self {
+    pub fn new(rows: usize, pairs: impl Iterator<Item = (usize, T)>) -> Self {
+        let mut pairs: Vec<(usize, T)> = pairs.filter(|(row, _)| *row < rows).collect();
+        pairs.sort_by_key(|(row, _)| *row);
         let mut start = vec![0_usize; rows + 1];
-        for (row, _) in pairs.clone() {
-            if let Some(count) = start.get_mut(row.saturating_add(1)) {
-                *count += 1;
-            }
+        for (k, (row, _)) in pairs.iter().enumerate() {
+            start[row + 1] = k + 1;
         }
-        let mut sum = 0;
-        for count in &mut start {
-            sum += *count;
-            *count = sum;
-        }
-        let Some((_, first)) = pairs.clone().find(|(row, _)| *row < rows) else {
-            return ByRow { start, items: Vec::new() };
-        };
-        let mut items = vec![first; sum];
-        let mut next = start.clone();
-        for (row, item) in pairs.filter(|(row, _)| *row < rows) {
-            let Some(place) = next.get_mut(row) else { continue };
-            if let Some(slot) = items.get_mut(*place) {
-                *slot = item;
-            }
-            *place += 1;
-        }
-        ByRow { start, items }
+        // a row without items ends where the one before it does
+        (0..rows).for_each(|row| start[row + 1] = start[row + 1].max(start[row]));
+        ByRow { start, items: pairs.into_iter().map(|(_, item)| item).collect() }
     }
 
     /// The items of a row; none for a row that there is not.

@@ -8,7 +8,7 @@ use super::elimination::Whitening;
 use super::inference::{Inference, LeftOut, Membership};
 use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Elimination, Estimate, Group, Settings, System, adjust, adjust_on, groups};
+use crate::estimate::{Elimination, Estimate, ScaleHints, Settings, System, adjust_on_hinted, groups};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -85,7 +85,7 @@ impl<'a> Problem<'a> {
                 count - 1
             }));
         }
-        let rows = system.group.iter().map(|group| if let Group::Estimated(g) = group { Some(*g) } else { None });
+        let rows = system.group.iter().map(|group| group.estimated());
         let mut deviations = vec![None; pattern.deviations];
         for ((line, start), own) in lines.iter().zip(&pattern.first).zip(&component) {
             deviations[*start..start + line.levels()].fill(*own);
@@ -110,21 +110,22 @@ impl<'a> Problem<'a> {
         })
     }
 
+    /// The same question of other rows, or with other correlation times.
+    pub(super) fn again<'b>(&self, system: &'b System, lines: &'b [ScatterLine]) -> Result<Problem<'b>>
+    where
+        'a: 'b,
+    {
+        let own = Problem::new(system, lines, self.elimination, &[], self.settings)?;
+        Ok(Problem { floor: self.floor.clone(), ..own })
+    }
+
     pub(super) fn adjust(&self, system: &System) -> Result<Estimate> {
-        match self.elimination {
-            Some(elimination) => adjust_on(system, elimination, self.settings),
-            None => adjust(system, self.settings),
-        }
+        adjust_on_hinted(system, self.elimination, &ScaleHints::default(), self.settings)
     }
 
-    /// The rows made independent at these variances of the components.
-    pub fn whitening(&self, theta: &[f64]) -> Whitening {
-        self.whitening_with(self.lines, theta)
-    }
-
-    fn whitening_with(&self, lines: &[ScatterLine], theta: &[f64]) -> Whitening {
-        let own = |(u, own): (&f64, &Option<usize>)| u * own.map_or(1.0, |g| theta[g].sqrt());
-        let sd: Vec<f64> = self.system.u.iter().zip(&self.members.rows).map(own).collect();
+    /// The rows made independent at these variances of the components; `lines` are the problem's, or those with other correlation times.
+    pub fn whitening(&self, lines: &[ScatterLine], theta: &[f64]) -> Whitening {
+        let sd = self.system.scaled_u(|g| theta[g].sqrt());
         Whitening::new(&self.pattern, &sd, lines, &self.variances(theta))
     }
 
@@ -134,13 +135,8 @@ impl<'a> Problem<'a> {
     }
 
     /// The adjustment at these variances of the components; `None` where they are no covariance.
-    pub fn at(&self, theta: &[f64]) -> Result<Option<Point>> {
-        self.at_with(self.lines, theta)
-    }
-
-    /// The same with other correlation times.
-    pub(super) fn at_with(&self, lines: &[ScatterLine], theta: &[f64]) -> Result<Option<Point>> {
-        let whitening = self.whitening_with(lines, theta);
+    pub fn at(&self, lines: &[ScatterLine], theta: &[f64]) -> Result<Option<Point>> {
+        let whitening = self.whitening(lines, theta);
         if !whitening.is_positive() {
             return Ok(None);
         }
@@ -391,7 +387,7 @@ impl Problem<'_> {
     }
 
     pub(super) fn at_or_fail(&self, theta: &[f64]) -> Result<Point> {
-        self.at(theta)?.ok_or_else(|| {
+        self.at(self.lines, theta)?.ok_or_else(|| {
             Malformed::new(Fault::Value, "the variances of the random effects are not a covariance matrix")
         })
     }
@@ -428,7 +424,7 @@ impl Problem<'_> {
                     let size = (theta[*g].abs() * t.powf(share)).max(floor[*g]).max(f64::MIN_POSITIVE);
                     trial[*g] = size.copysign(theta[*g]);
                 }
-                if let Some(next) = self.at(&trial)? {
+                if let Some(next) = self.at(self.lines, &trial)? {
                     let room = 1e-10 * (1.0 + point.deviance.abs());
                     let better = next.deviance <= point.deviance + room || next.basis != point.basis;
                     if better || share < 1e-3 || !next.deviance.is_finite() {
@@ -460,7 +456,7 @@ impl Problem<'_> {
                     theta[c] = -share * self.natural(line, &ended.theta);
                 }
             }
-            match self.at(&theta)? {
+            match self.at(self.lines, &theta)? {
                 Some(point) if point.deviance < ended.point.deviance => break (theta, point),
                 _ if open.is_empty() || share < 10.0 * UNSEEN => return Ok(()),
                 _ => share *= 0.2,

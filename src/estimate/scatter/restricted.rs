@@ -411,13 +411,14 @@ impl PartNoise {
     ) {
         // by ln w, ln q, ln tau from those by ln w at a fixed ratio, rho and phi: d/dlnw = d/ds - d/drho
         const FIRST: [[f64; 4]; 3] = [[-1.0, -1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
-        const SECOND: [([usize; 2], [f64; 6]); 6] = [
-            ([0, 0], [1.0, 2.0, 0.0, 1.0, 0.0, 0.0]),
-            ([0, 1], [0.0, -1.0, 0.0, -1.0, 0.0, 0.0]),
-            ([0, 2], [0.0, 0.0, -1.0, 0.0, -1.0, 0.0]),
-            ([1, 1], [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
-            ([1, 2], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
-            ([2, 2], [0.0, 0.0, 0.0, 0.0, 0.0, 1.0]),
+        // of the logarithm of the determinant, which has no product with ln w, one derivative with its sign
+        const SECOND: [([usize; 2], [f64; 6], (f64, usize)); 6] = [
+            ([0, 0], [1.0, 2.0, 0.0, 1.0, 0.0, 0.0], (1.0, 3)),
+            ([0, 1], [0.0, -1.0, 0.0, -1.0, 0.0, 0.0], (-1.0, 3)),
+            ([0, 2], [0.0, 0.0, -1.0, 0.0, -1.0, 0.0], (-1.0, 4)),
+            ([1, 1], [0.0, 0.0, 0.0, 1.0, 0.0, 0.0], (1.0, 3)),
+            ([1, 2], [0.0, 0.0, 0.0, 0.0, 1.0, 0.0], (1.0, 4)),
+            ([2, 2], [0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (1.0, 5)),
         ];
         let slots = [
             self.white.free(),
@@ -429,7 +430,6 @@ impl PartNoise {
                 *to += gram * Scale(by / white);
             }
         };
-        // the logarithm of the determinant has no product with ln w
         let logarithm =
             |weights: &[f64]| -> f64 { part.log_determinant.iter().zip(weights).skip(1).map(|(l, by)| l * by).sum() };
         for (slot, weights) in slots.iter().zip(&FIRST) {
@@ -441,21 +441,11 @@ impl PartNoise {
         if let Some(k) = slots[0] {
             found.redundancy[k] += part.rows;
         }
-        let determinant = |[a, b]: [usize; 2]| -> f64 {
-            let l = &part.log_determinant;
-            match [a, b] {
-                [0, 0] | [1, 1] => l[3],
-                [0, 1] => -l[3],
-                [0, 2] => -l[4],
-                [1, 2] => l[4],
-                _ => l[5],
-            }
-        };
-        for ([a, b], weights) in SECOND {
+        for ([a, b], weights, (sign, own)) in SECOND {
             if let (Some(k), Some(h)) = (slots[a], slots[b]) {
                 let (k, h) = (k.max(h), k.min(h));
                 sum(second[k][h].get_or_insert_with(|| Mat::zeros(first[k].nrows(), first[k].ncols())), &weights);
-                found.redundancy_bend[(k, h)] += determinant([a, b]);
+                found.redundancy_bend[(k, h)] += sign * part.log_determinant[own];
             }
         }
     }

@@ -19,14 +19,12 @@ use super::restricted::{NEWTON_STEPS, NoiseModel, PartNoise, Slot, Top};
 use super::{LineState, Pattern, ScatterLine, Whitening};
 use crate::elements::Elements;
 use crate::error::Result;
-use crate::estimate::{Elimination, Settings, System};
-use crate::number;
 use faer::Mat;
-use std::borrow::Cow;
 
 /// Lines with every correlation time set.
-pub(super) struct Timed<'a> {
-    pub lines: Cow<'a, [ScatterLine]>,
+pub(super) struct Timed {
+    /// `None` where they are as they were.
+    pub lines: Option<Vec<ScatterLine>>,
     /// Line, correlation time and its standard uncertainty, of those that were estimated.
     pub found: Vec<(usize, f64, Option<f64>)>,
     /// The variances found on the way; empty where nothing was searched.
@@ -69,27 +67,16 @@ const FURTHEST: f64 = 60.0;
 
 /// Set the correlation times of lines that have none, and find the variances where one filter along time is enough. `start` and `known` are variances and
 /// correlation times from a step nearby; empty where there is none.
-pub(super) fn with_times<'a>(
-    system: &System,
-    lines: &'a [ScatterLine],
-    elimination: Option<&Elimination>,
-    least: &[f64],
-    settings: &Settings,
-    (start, known): (&[f64], &[f64]),
-) -> Result<Timed<'a>> {
+pub(super) fn with_times(problem: &Problem<'_>, start: &[f64], known: &[f64]) -> Result<Timed> {
+    let lines = problem.lines;
     let open: Vec<usize> =
         (0..lines.len()).filter(|k| lines[*k].memory.as_ref().is_some_and(|m| m.tau.is_none())).collect();
-    let plain = || Timed { lines: Cow::Borrowed(lines), found: Vec::new(), start: start.to_vec(), along: None };
-    if lines.iter().all(|line| line.memory.is_none()) {
-        return Ok(plain());
+    if lines.iter().all(|line| line.memory.is_none()) || problem.members.count + open.len() == 0 {
+        return Ok(Timed { lines: None, found: Vec::new(), start: start.to_vec(), along: None });
     }
     let mut own = lines.to_vec();
-    let problem = Problem::new(system, lines, elimination, least, settings)?;
-    if problem.members.count + open.len() == 0 {
-        return Ok(plain());
-    }
-    if let Some(chains) = Chains::of(&problem)? {
-        let along = chains.top(&problem, start, known)?;
+    if let Some(chains) = Chains::of(problem)? {
+        let along = chains.top(problem, start, known)?;
         let time = |k: usize| along.meaning.iter().position(|own| *own == Meaning::Time(k));
         let spread = super::restricted::spread(&along.top.found.bend, &along.inside());
         let mut found = Vec::with_capacity(open.len());
@@ -106,18 +93,17 @@ pub(super) fn with_times<'a>(
                 theta[*c] = x.exp();
             }
         }
-        return Ok(Timed { lines: Cow::Owned(own), found, start: theta, along: Some(along) });
+        return Ok(Timed { lines: Some(own), found, start: theta, along: Some(along) });
     }
     let mut at = known.to_vec();
     let mut start = start.to_vec();
     let mut spread = vec![None; open.len()];
     if at.len() != open.len() {
-        let search = Beside { system, elimination, least, settings, open: &open };
-        (at, start, spread) = search.run(&mut own)?;
+        (at, start, spread) = problem.times_beside(&open, &mut own)?;
     }
     open.iter().zip(&at).for_each(|(k, tau)| set(&mut own, *k, *tau));
     let found = open.iter().zip(at).zip(spread).map(|((k, tau), u)| (*k, tau, u)).collect();
-    Ok(Timed { lines: Cow::Owned(own), found, start, along: None })
+    Ok(Timed { lines: Some(own), found, start, along: None })
 }
 
 pub(super) fn set(lines: &mut [ScatterLine], line: usize, tau: f64) {
@@ -133,7 +119,7 @@ pub(super) fn range(line: &ScatterLine) -> (f64, f64) {
     let whole = times.last().zip(times.first()).map_or(1.0, |(b, a)| b - a);
     let mut gaps: Vec<f64> = times.windows(2).map(|p| p[1] - p[0]).filter(|g| *g > 0.0).collect();
     // all at one time: any correlation time will do
-    time_range(number::middle(&mut gaps).unwrap_or(1.0), whole)
+    time_range(crate::number::median(&mut gaps).unwrap_or(1.0), whole)
 }
 
 /// The same from the middling step between times and their whole length.
@@ -462,15 +448,6 @@ impl Problem<'_> {
     }
 }
 
-/// The search for correlation times beside other deviations.
-struct Beside<'a> {
-    system: &'a System,
-    elimination: Option<&'a Elimination>,
-    least: &'a [f64],
-    settings: &'a Settings,
-    open: &'a [usize],
-}
-
 /// Slope and bend of the profiled deviance by the logarithms of correlation times.
 struct Profile {
     deviance: f64,
@@ -479,16 +456,22 @@ struct Profile {
     theta: Vec<f64>,
 }
 
-impl Beside<'_> {
-    fn run(&self, lines: &mut [ScatterLine]) -> Result<(Vec<f64>, Vec<f64>, Vec<Option<f64>>)> {
-        let ranges: Vec<(f64, f64)> = self.open.iter().map(|k| range(&lines[*k])).collect();
+impl Problem<'_> {
+    /// The search for the correlation times of the lines `open` beside other deviations: the times, the variances there, standard uncertainties of the times.
+    fn times_beside(
+        &self,
+        open: &[usize],
+        lines: &mut [ScatterLine],
+    ) -> Result<(Vec<f64>, Vec<f64>, Vec<Option<f64>>)> {
+        let ranges: Vec<(f64, f64)> = open.iter().map(|k| range(&lines[*k])).collect();
         let mut at: Vec<f64> = ranges.iter().map(|(low, high)| 0.5 * (low + high)).collect();
-        let mut here = self.profile(lines, &at, &[])?;
+        let mut profile = |at: &[f64], start: &[f64]| self.profile((open, &mut *lines), at, start);
+        let mut here = profile(&at, &[])?;
         for j in 0..at.len() {
             for x in spaced(ranges[j], LOOK) {
                 let mut trial = at.clone();
                 trial[j] = x;
-                let there = self.profile(lines, &trial, &here.theta)?;
+                let there = profile(&trial, &here.theta)?;
                 if there.deviance < here.deviance {
                     (at, here) = (trial, there);
                 }
@@ -510,7 +493,7 @@ impl Beside<'_> {
                 for (j, x) in free.iter().zip(&step) {
                     trial[*j] = (trial[*j] + share * x).clamp(ranges[*j].0, ranges[*j].1);
                 }
-                let there = self.profile(lines, &trial, &here.theta)?;
+                let there = profile(&trial, &here.theta)?;
                 let settled = share * largest <= SETTLED;
                 if settled || there.deviance <= here.deviance + 1e-10 * (1.0 + here.deviance.abs()) {
                     break (trial, there);
@@ -525,9 +508,9 @@ impl Beside<'_> {
         Ok((at.iter().map(|x| x.exp()).collect(), here.theta, (0..at.len()).map(u).collect()))
     }
 
-    fn profile(&self, lines: &mut [ScatterLine], at: &[f64], start: &[f64]) -> Result<Profile> {
-        self.open.iter().zip(at).for_each(|(k, x)| set(lines, *k, x.exp()));
-        let mut problem = Problem::new(self.system, lines, self.elimination, self.least, self.settings)?;
+    fn profile(&self, (open, lines): (&[usize], &mut [ScatterLine]), at: &[f64], start: &[f64]) -> Result<Profile> {
+        open.iter().zip(at).for_each(|(k, x)| set(lines, *k, x.exp()));
+        let mut problem = self.again(self.system, lines)?;
         let ended = problem.search(start, SEARCH)?;
         // a start at zero would stay there
         let usable = ended.converged && !ended.at_floor.contains(&true) && ended.theta.iter().all(|t| *t > 0.0);
@@ -535,7 +518,7 @@ impl Beside<'_> {
         let point = problem.at_or_fail(&ended.theta)?;
         let mut inference = problem.inference(&point);
         let known = inference.s.nrows();
-        let slope = self.open.iter().map(|k| problem.lean(&point, &mut inference, *k, &ended.theta)).collect();
+        let slope = open.iter().map(|k| problem.lean(&point, &mut inference, *k, &ended.theta)).collect();
         let kept: Vec<usize> = ended.kept.iter().copied().filter(|c| !ended.at_floor[*c]).collect();
         // what is left of the information when the variances follow
         let spread = super::restricted::spread(&inference.s, &kept);

@@ -270,7 +270,7 @@ impl Found {
             let length = own.last - own.first.unwrap_or(own.last);
             let mut steps: Vec<f64> = own.steps.iter().copied().filter(|step| *step > 0.0).collect();
             // all at one time: any correlation time will do
-            let step = number::middle(&mut steps).unwrap_or(1.0);
+            let step = crate::number::median(&mut steps).unwrap_or(1.0);
             let mut begin = self.noise[*s];
             if let Some(stated) = lines[*s] {
                 // in units of the relative noise

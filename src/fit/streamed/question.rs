@@ -478,6 +478,6 @@ impl Folding {
 
     pub(super) fn part(self) -> Part {
         let white = self.white * self.white;
-        Part { log_determinant: self.filter.log_determinant(), rows: self.filter.rows(), fold: self.fold, white }
+        Part { log_determinant: self.filter.log_determinant(), rows: self.fold.rows() as u64, fold: self.fold, white }
     }
 }
