@@ -148,7 +148,7 @@ impl Common {
         let tested = gain.iter().filter(|g| **g > 0.0).count();
         drop(whitened);
         let cells = fit::cells(campaign, &design, m);
-        let count = cells.iter().max().map_or(0, |most| most + 1);
+        let count = cells.1;
         // something is replicated, and something is left to be lack of fit
         let are_tested = count < m && m - count < estimate.dof;
         let offsets = || {
@@ -163,7 +163,7 @@ impl Common {
                 design.rows.iter().map(|origin| own.get(origin.sensor).copied().unwrap_or(false)).collect()
             },
             channels: fit::Channel::of(&design, n, campaign.bench.sensors.len()),
-            cells: (cells, count),
+            cells,
             offsets,
             tests: Tests::new(studentizing.len(), tested, (estimate.dof, scaled, settings.level)),
             weight: system.u.iter().map(|u| 1.0 / u).collect(),

@@ -1,5 +1,5 @@
 //! Devices of different schedules: which of them can go side by side, their rows of the design from the columns of the table, and which of these
-//! are replicates: rows whose lines find the same inputs, by a table of their hashes.
+//! are replicates: rows whose lines find the same inputs.
 #![allow(
     clippy::indexing_slicing,
     reason = "`fill` gives every list the size of the form before it is written, and a `Lane` has `LANES` numbers; a row's inputs are as wide as said"
@@ -8,6 +8,7 @@
 use super::answer::Asked;
 use super::block::LANES;
 use super::common::{ILL, alone, is_plain};
+use super::device::bits;
 use super::positions::Positions;
 use super::residuals::{Sizes, Tests};
 use super::{Device, Layout, Use};
@@ -16,11 +17,9 @@ use crate::campaign::Campaign;
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Estimator, Settings, Weighting};
-use crate::mix::Mix;
-use crate::number;
+use crate::mix::{Mix, Numbers};
 use pulp::Arch;
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::Hasher;
 
 /// Most readings of a device, and most sensors, that go this way.
 const MOST_ROWS: usize = 2048;
@@ -319,43 +318,36 @@ impl Lanes {
     }
 }
 
-/// The cell of each row of one device: rows of one cell have the same inputs. How many cells there are comes back.
+/// The cell of each row of one device: rows of one cell have the same inputs.
 #[derive(Debug, Default)]
 pub(super) struct Parted {
     /// Cell of each row.
     pub(super) of: Vec<usize>,
-    /// Row (and sensor) at which each cell was met first.
-    firsts: Vec<(usize, usize)>,
-    table: Vec<u32>,
-    /// The same by the cells of positions.
-    known: HashMap<u32, usize, BuildHasherDefault<Mix>>,
+    /// By a row (and sensor) of each cell.
+    by_inputs: Numbers<(usize, usize)>,
+    /// By the cells of positions.
+    by_position: Numbers<u32>,
 }
 
 impl Lanes {
-    /// Part a device's rows, in the order of the system's, by their inputs.
+    /// Part a device's rows, in the order of the system's, by their inputs; how many cells there are.
     pub(super) fn cells(
         &self,
         (device, places): Placed<'_>,
         positions: Option<&Positions>,
         parted: &mut Parted,
     ) -> usize {
-        let Parted { of, firsts, table, known } = parted;
+        let Parted { of, by_inputs, by_position } = parted;
         of.clear();
-        firsts.clear();
-        let size = (4 * device.rows * self.lines.len()).next_power_of_two();
-        table.clear();
-        table.resize(size, u32::MAX);
         if let Some(positions) = positions {
-            known.clear();
-            for place in places {
-                let next = known.len();
-                of.push(*known.entry(positions.cell(*place)).or_insert(next));
-            }
-            return known.len();
+            by_position.clear();
+            let cells = places.iter().map(|place| positions.cell(*place));
+            of.extend(cells.map(|cell| by_position.of(u64::from(cell), cell, |other| other == cell).0));
+            return by_position.len();
         }
-        let word = |x: f64| (x + 0.0).to_bits();
+        by_inputs.clear();
         for (slot, line) in self.lines.iter().enumerate() {
-            let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, word);
+            let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, bits);
             let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
             for row in 0..device.rows {
                 if device.values.get(row * self.lines.len() + slot).is_none_or(|value| value.is_nan()) {
@@ -363,26 +355,11 @@ impl Lanes {
                 }
                 let mut hash = Mix(slot as u64);
                 used().for_each(|k| hash.write_u64(at(row, k)));
-                let mut place = number::index(hash.finish() & (size as u64 - 1));
-                let cell = loop {
-                    let Some(entry) = table.get_mut(place) else { break firsts.len() };
-                    match firsts.get(*entry as usize) {
-                        None => {
-                            // beyond u32 it stays an empty place, and the cell has no other row
-                            *entry = u32::try_from(firsts.len()).unwrap_or(u32::MAX);
-                            firsts.push((row, slot));
-                            break firsts.len() - 1;
-                        }
-                        Some((first, kind)) if *kind == slot && used().all(|k| at(row, k) == at(*first, k)) => {
-                            break *entry as usize;
-                        }
-                        Some(_) => place = (place + 1) & (size - 1),
-                    }
-                };
-                of.push(cell);
+                let is_alike = |(first, kind)| kind == slot && used().all(|k| at(row, k) == at(first, k));
+                of.push(by_inputs.of(hash.finish(), (row, slot), is_alike).0);
             }
         }
-        firsts.len()
+        by_inputs.len()
     }
 
     /// The rows of a device's system in the order of its readings: the reading (from 0) and the row.

@@ -291,8 +291,7 @@ impl Exact {
         for (row, k) in order.iter().enumerate() {
             place[*k] = row;
         }
-        let cells = fit::cells(&campaign, &design, design.rows.len());
-        let count = cells.iter().max().map_or(0, |most| most + 1);
+        let (cells, count) = fit::cells(&campaign, &design, design.rows.len());
         let cells = (order.iter().map(|k| cells.at(*k)).collect(), count);
         let of_reading = |rows: &[(usize, &RowOrigin)]| {
             let reading = rows.first().map_or(0, |(_, row)| row.reading);

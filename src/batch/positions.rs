@@ -2,10 +2,11 @@
 //!
 //! A position is worked out when it is met first, by the ordinary rows of a reading; where devices hardly share any, each is fitted by itself.
 
+use super::device::bits;
 use super::{Device, Layout};
 use crate::campaign::Campaign;
 use crate::design::{self, Model};
-use crate::elements::Parts;
+use crate::elements::{OrNan, Parts};
 use crate::error::Result;
 use crate::fit;
 use crate::mix::Mix;
@@ -72,11 +73,8 @@ impl Positions {
         let mut firsts = Vec::with_capacity(device.rows);
         for row in 0..device.rows {
             let inputs = device.input(row, width);
-            let word = |k: &usize| {
-                inputs.get(*k).map_or(u64::MAX, |x| if x.is_nan() { u64::MAX } else { (x + 0.0).to_bits() })
-            };
             self.key.clear();
-            self.key.extend(self.cells.iter().map(word));
+            self.key.extend(self.cells.iter().map(|k| bits(inputs.or_nan(*k))));
             self.asked += 1;
             let first = match self.places.get(self.key.as_slice()) {
                 Some(known) => {
@@ -131,7 +129,7 @@ impl Positions {
             self.rows.extend((0..n).map(|j| design.jacobian[(i, j)]));
             self.rows.push(predicted);
             let next = u32::try_from(self.keys.len()).ok()?;
-            self.cell.push(*self.keys.entry(fit::cell_key(&campaign, origin)).or_insert(next));
+            self.cell.push(*self.keys.entry(design::cell_key(&campaign, origin)).or_insert(next));
         }
         Some(first)
     }

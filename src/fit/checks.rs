@@ -2,8 +2,8 @@
 
 use super::Fit;
 use super::step::Step;
-use crate::campaign::{Campaign, JointState, Parameter, Role};
-use crate::design::{DesignMatrix, RowOrigin};
+use crate::campaign::{Campaign, Parameter, Role};
+use crate::design::{self, DesignMatrix, RowOrigin};
 use crate::elements::Elements;
 use crate::estimate::Group;
 use crate::mix::Mix;
@@ -11,7 +11,7 @@ use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitene
 use crate::uncertainty::quantiles;
 use std::cmp::Ordering;
 use std::collections::HashMap;
-use std::hash::{BuildHasher, BuildHasherDefault};
+use std::hash::BuildHasherDefault;
 
 /// Results of the checks; each is `None` where the readings do not allow it.
 #[derive(Debug, Clone, Default)]
@@ -84,7 +84,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let each = 1.0 - checks.significance;
     checks.follows.retain(|found| found.test.is_rejected(each));
     if step.robust.is_none() && !silent && scattered.is_none() {
-        let cells = cells(campaign, design, system.observed.len());
+        let (cells, _) = cells(campaign, design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, each);
     }
     if step.robust.is_some() {
@@ -203,68 +203,12 @@ pub(crate) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize)
     positions
 }
 
-/// The cell of each row: rows of one cell have the same sensor, joint states and columns that the model line uses. A prior is alone.
-pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
-    let used: Vec<Vec<usize>> = (0..campaign.bench.sensors.len()).map(|sensor| used_by(campaign, sensor)).collect();
-    // the hash of a cell's key, its number and its first row: of many readings, keys would be as large as the design
-    let mut numbers: HashMap<u64, (usize, &RowOrigin), BuildHasherDefault<Mix>> = HashMap::default();
-    let mut cells = Vec::with_capacity(rows);
-    let (mut key, mut other) = (Vec::new(), Vec::new());
-    for origin in &design.rows {
-        write_key(campaign, used.at(origin.sensor), origin, &mut key);
-        let mut hash = BuildHasherDefault::<Mix>::default().hash_one(&key);
-        let cell = loop {
-            let next = numbers.len();
-            match numbers.get(&hash) {
-                None => {
-                    numbers.insert(hash, (next, origin));
-                    break next;
-                }
-                Some((cell, first)) => {
-                    write_key(campaign, used.at(first.sensor), first, &mut other);
-                    if key == other {
-                        break *cell;
-                    }
-                    // two keys of one hash
-                    hash = hash.wrapping_add(1);
-                }
-            }
-        };
-        cells.push(cell);
-    }
-    let mut next = numbers.len();
-    while cells.len() < rows {
-        cells.push(next);
-        next += 1;
-    }
-    cells
-}
-
-/// What tells the cell of a row: equal keys, one cell.
-pub(crate) fn cell_key(campaign: &Campaign, origin: &RowOrigin) -> Vec<u64> {
-    let mut key = Vec::new();
-    write_key(campaign, &used_by(campaign, origin.sensor), origin, &mut key);
-    key
-}
-
-/// Columns that a sensor's line uses.
-pub(super) fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
-    // rows are of sensors that the bench has
-    let names = campaign.bench.sensors.get(sensor).map(|own| own.model.names()).unwrap_or_default();
-    let columns = campaign.readings.columns.iter().enumerate();
-    columns.filter(|(_, column)| names.contains(&column.as_str())).map(|(k, _)| k).collect()
-}
-
-fn write_key(campaign: &Campaign, used: &[usize], origin: &RowOrigin, key: &mut Vec<u64>) {
-    key.clear();
-    key.push(origin.sensor as u64);
-    let Some(reading) = campaign.readings.rows.get(origin.reading) else { return };
-    key.extend(reading.joints.iter().flat_map(JointState::bits));
-    for k in used {
-        // readings that both lack it are alike in it
-        let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);
-        key.push((value + 0.0).to_bits());
-    }
+/// The cell of each of so many rows, and how many cells there are; a prior is alone.
+pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> (Vec<usize>, usize) {
+    let mut cells: Vec<usize> = design::cells(campaign, &design.rows).into_iter().map(|(cell, _)| cell).collect();
+    let count = cells.iter().max().map_or(0, |most| most + 1) + rows.saturating_sub(cells.len());
+    cells.extend(count - rows.saturating_sub(cells.len())..count);
+    (cells, count)
 }
 
 /// The rows of a sensor whose readings cannot all be the same: more of them than there are unknowns in its line, at inputs for which the line is not the same.

@@ -29,7 +29,7 @@ pub mod streamed;
 mod system;
 
 pub use azimuth::{Sector, sector};
-pub(crate) use checks::{Channel, Checks, cell_key, cells, changes, is_all, positions, same};
+pub(crate) use checks::{Channel, Checks, cells, changes, is_all, positions, same};
 pub(crate) use conditional::{Circle, Conditional};
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::Stop;
