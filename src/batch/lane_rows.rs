@@ -9,7 +9,6 @@ use super::answer::Asked;
 use super::block::LANES;
 use super::common::{ILL, alone, is_plain};
 use super::device::bits;
-use super::positions::Positions;
 use super::residuals::{Sizes, Tests};
 use super::{Device, Layout, Use};
 use crate::algebra::Scratch;
@@ -37,14 +36,9 @@ pub(super) struct Lanes {
     pub(super) width: usize,
     /// The cell of the number of samples.
     samples: Option<usize>,
-    /// Are rows of the design those of positions, since joints take part?
-    is_by_position: bool,
     /// Is the model not linear in its unknowns, so that rows follow the point?
     pub(super) is_exact: bool,
 }
-
-/// A device, and the place of each row of its system among the positions; none where its rows come from columns.
-pub(super) type Placed<'a> = (&'a Device, &'a [u32]);
 
 /// A sensor's line.
 #[derive(Debug)]
@@ -139,12 +133,13 @@ impl Lanes {
         let cell = |key: &str| inputs.iter().position(|input| *input == key);
         let n = campaign.unknowns();
         let has_joints = bench.joints().next().is_some();
-        let is_by_position =
-            is_exact || has_joints || layout.sensors().any(|sensor| model.column_line(sensor).is_none());
+        if has_joints && !is_exact {
+            return None;
+        }
         let line = |sensor: usize| {
             let own = bench.sensors.get(sensor)?;
             let (u, is_reference) = (cell(&format!("{}_u", own.id)), own.is_reference());
-            if is_by_position {
+            if is_exact {
                 return Some(SensorLine { line: None, from: Vec::new(), u, is_reference, absent: Vec::new() });
             }
             let line = model.column_line(sensor)?;
@@ -160,22 +155,7 @@ impl Lanes {
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
         let (width, samples) = (inputs.len(), cell("n"));
         let sensors = layout.sensors().collect();
-        Some(Lanes { lines, sensors, width, samples, is_by_position, is_exact, asked })
-    }
-
-    /// Positions for its devices, where they have joints.
-    pub(super) fn positions(&self) -> Option<Positions> {
-        let weights: Vec<usize> = self.lines.iter().filter_map(|line| line.u).chain(self.samples).collect();
-        if self.is_by_position && !self.is_exact {
-            Positions::new(&self.asked.campaign, self.width, &weights)
-        } else {
-            None
-        }
-    }
-
-    /// Does it need them?
-    pub(super) fn is_by_position(&self) -> bool {
-        self.is_by_position && !self.is_exact
+        Some(Lanes { lines, sensors, width, samples, is_exact, asked })
     }
 
     /// The shape of a device; `None` for one that its own fit has to answer, or to refuse.
@@ -231,8 +211,8 @@ impl Lanes {
     pub(super) fn fill(
         &self,
         arch: Arch,
-        (form, positions): (&Form, Option<&Positions>),
-        devices: &[Placed<'_>],
+        form: &Form,
+        devices: &[&Device],
         eight: &mut Eight,
         places: &mut Places,
     ) -> [Option<Sizes>; LANES] {
@@ -247,7 +227,7 @@ impl Lanes {
                 match from {
                     From::Cell(k) => {
                         for l in 0..LANES {
-                            let Some((device, _)) = devices.get(l).or(devices.last()) else { continue };
+                            let Some(device) = devices.get(l).or(devices.last()) else { continue };
                             let cells = device.inputs.iter().skip(*k).step_by(self.width.max(1));
                             let values = device.values.iter().skip(slot).step_by(self.lines.len());
                             let read = cells.zip(values).filter(|(_, value)| !value.is_nan());
@@ -260,26 +240,13 @@ impl Lanes {
             let Places { inputs, values, gradient, lists: room } = &mut *places;
             values.resize(places_here, 0.0);
             if line.line.is_none() {
-                // what no line and no position predicts
+                // rows that follow the point are predicted elsewhere
                 values.fill(0.0);
             }
             gradient.resize(lists, 0.0);
             if let Some(line) = &line.line {
                 let inputs = &inputs[..lists];
                 line.gradient(arch, places_here, inputs, room, (values, gradient));
-            }
-            if let Some(positions) = positions {
-                for l in 0..LANES {
-                    let Some((_, places)) = devices.get(l).or(devices.last()) else { continue };
-                    for (i, place) in places.iter().skip(begin).take(count).enumerate() {
-                        let row = positions.row(*place);
-                        for (j, a) in row.iter().take(n).enumerate() {
-                            eight.rows[j * m + begin + i][l] = *a;
-                        }
-                        // the prediction stands last
-                        values[i * LANES + l] = row.last().copied().unwrap_or(f64::NAN);
-                    }
-                }
             }
             let mut put = |j: usize, from: Option<&[f64]>| {
                 let to = eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut();
@@ -295,7 +262,7 @@ impl Lanes {
             }
             line.absent.iter().for_each(|j| put(*j, None));
             for l in 0..LANES {
-                let Some((device, _)) = devices.get(l).or(devices.last()) else { continue };
+                let Some(device) = devices.get(l).or(devices.last()) else { continue };
                 let read = (0..device.rows).filter_map(|row| {
                     let value = device.values.get(row * self.lines.len() + slot).filter(|value| !value.is_nan())?;
                     let cell = |k: usize| device.inputs.get(row * self.width + k).copied();
@@ -324,28 +291,14 @@ pub(super) struct Parted {
     /// Cell of each row.
     pub(super) of: Vec<usize>,
     /// By a row (and sensor) of each cell.
-    by_inputs: Numbers<(usize, usize)>,
-    /// By the cells of positions.
-    by_position: Numbers<u32>,
+    numbers: Numbers<(usize, usize)>,
 }
 
 impl Lanes {
     /// Part a device's rows, in the order of the system's, by their inputs; how many cells there are.
-    pub(super) fn cells(
-        &self,
-        (device, places): Placed<'_>,
-        positions: Option<&Positions>,
-        parted: &mut Parted,
-    ) -> usize {
-        let Parted { of, by_inputs, by_position } = parted;
+    pub(super) fn cells(&self, device: &Device, Parted { of, numbers }: &mut Parted) -> usize {
         of.clear();
-        if let Some(positions) = positions {
-            by_position.clear();
-            let cells = places.iter().map(|place| positions.cell(*place));
-            of.extend(cells.map(|cell| by_position.of(u64::from(cell), cell, |other| other == cell).0));
-            return by_position.len();
-        }
-        by_inputs.clear();
+        numbers.clear();
         for (slot, line) in self.lines.iter().enumerate() {
             let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, bits);
             let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
@@ -356,10 +309,10 @@ impl Lanes {
                 let mut hash = Mix(slot as u64);
                 used().for_each(|k| hash.write_u64(at(row, k)));
                 let is_alike = |(first, kind)| kind == slot && used().all(|k| at(row, k) == at(first, k));
-                of.push(by_inputs.of(hash.finish(), (row, slot), is_alike).0);
+                of.push(numbers.of(hash.finish(), (row, slot), is_alike).0);
             }
         }
-        by_inputs.len()
+        numbers.len()
     }
 
     /// The rows of a device's system in the order of its readings: the reading (from 0) and the row.

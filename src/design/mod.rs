@@ -188,13 +188,6 @@ pub(crate) fn cells(campaign: &Campaign, rows: &[RowOrigin]) -> Vec<(usize, usiz
     rows.iter().enumerate().map(cell).collect()
 }
 
-/// What tells the cell of a row: equal keys, one cell.
-pub(crate) fn cell_key(campaign: &Campaign, origin: &RowOrigin) -> Vec<u64> {
-    let mut key = Vec::new();
-    write_key(campaign, &used_by(campaign, origin.sensor), origin, &mut key);
-    key
-}
-
 /// Columns that a sensor's line uses.
 pub(crate) fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
     // rows are of sensors that the bench has
