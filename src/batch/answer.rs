@@ -7,7 +7,7 @@ use crate::campaign::{Campaign, Kind, Known, Limited, Readings};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::{Elements, Parts};
 use crate::error::Result;
-use crate::estimate::Unknowns;
+use crate::estimate::{Combination, Unknowns};
 use crate::fit::{self, Settings};
 use crate::quality;
 use crate::uncertainty::{Combined, effective_dof, quantiles};
@@ -125,7 +125,11 @@ impl Question<'_> {
         gradient.resize(point.len(), 0.0);
         for tape in derived {
             let value = tape.gradient(&point, &mut memory.scratch, &mut gradient);
-            let determined = found.unknowns.is_none_or(|unknowns| determines(unknowns, &gradient));
+            let stays = |free: &Combination| {
+                let (change, terms) = fit::moved(&free.terms, &gradient);
+                change <= fit::SAME * terms
+            };
+            let determined = found.unknowns.is_none_or(|unknowns| unknowns.free_directions.iter().all(stays));
             if !(determined && value.is_finite() && gradient.iter().all(|c| c.is_finite())) {
                 say(None, None);
                 continue;
@@ -261,16 +265,6 @@ impl Question<'_> {
             expanded: coverage_factor * u,
         })
     }
-}
-
-/// Do the rows determine a quantity with this gradient?
-fn determines(unknowns: &Unknowns, gradient: &[f64]) -> bool {
-    /// A quantity does not change along a free direction where its terms cancel to this share.
-    const SAME: f64 = 1e-8;
-    unknowns.free_directions.iter().all(|direction| {
-        let terms = || direction.terms.iter().map(|(k, e)| gradient.at(*k) * e);
-        terms().sum::<f64>().abs() <= SAME * terms().map(f64::abs).sum::<f64>()
-    })
 }
 
 /// A known input with an uncertainty: the unknowns follow it by `base + slope dx`.

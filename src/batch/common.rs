@@ -54,8 +54,8 @@ pub(crate) struct Common {
     studentizing: Vec<(usize, f64)>,
     /// `1/(u^2 r)` of each reading that another checks, else 0.
     gain: Vec<f64>,
-    /// Sensors whose readings cannot all be the same.
-    channels: Vec<fit::Channel>,
+    /// Rows of the design of each sensor.
+    of_sensor: Vec<Vec<usize>>,
 }
 
 /// Buffers, and what returns.
@@ -148,7 +148,7 @@ impl Common {
         let tested = gain.iter().filter(|g| **g > 0.0).count();
         drop(whitened);
         let cells = fit::cells(campaign, &design, m);
-        let count = cells.iter().max().map_or(0, |most| most + 1);
+        let count = cells.1;
         // something is replicated, and something is left to be lack of fit
         let are_tested = count < m && m - count < estimate.dof;
         let offsets = || {
@@ -162,8 +162,13 @@ impl Common {
                 let own: Vec<bool> = campaign.bench.sensors.iter().map(Sensor::is_reference).collect();
                 design.rows.iter().map(|origin| own.get(origin.sensor).copied().unwrap_or(false)).collect()
             },
-            channels: fit::Channel::of(&design, n, campaign.bench.sensors.len()),
-            cells: (cells, count),
+            of_sensor: {
+                let of = |s: usize| {
+                    (0..readings).filter(|i| design.rows.get(*i).is_some_and(|own| own.sensor == s)).collect()
+                };
+                (0..campaign.bench.sensors.len()).map(of).collect()
+            },
+            cells,
             offsets,
             tests: Tests::new(studentizing.len(), tested, (estimate.dof, scaled, settings.level)),
             weight: system.u.iter().map(|u| 1.0 / u).collect(),
@@ -277,7 +282,10 @@ impl Common {
             let place = self.places.get(i).map(|(row, slot)| own(*row) * self.sensors + slot);
             place.map_or(f64::NAN, |place| device.values.or_nan(place))
         };
-        let stuck = |channel: &fit::Channel| Some((channel.sensor, channel.stuck(value, |i| v.or_nan(i))?));
+        let Kernel { a, n, .. } = &self.kernel;
+        let at = |i: usize, j: usize| if j < *n { a.at(i * n + j) } else { self.predicted.at(i) };
+        let stuck =
+            |(sensor, rows): (usize, &Vec<usize>)| Some((sensor, fit::stuck(rows, (value, |i| v.or_nan(i)), *n, at)?));
         let read = self.is_reference.iter().enumerate().filter(|(_, is_reference)| !**is_reference);
         let step = || fit::resolution(read.map(|(i, _)| value(i)));
         let least = || fit::rounding_of(step(), sizes.in_units());
@@ -319,7 +327,7 @@ impl Common {
             normality_p,
             suspects,
             suspect_p,
-            stuck: self.channels.iter().filter_map(stuck).collect(),
+            stuck: self.of_sensor.iter().enumerate().filter_map(stuck).collect(),
             solved: Solved::Together,
         };
         Some(question.row(answer, memory))

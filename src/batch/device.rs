@@ -169,7 +169,7 @@ pub(super) struct Shape<'a> {
 }
 
 /// Bits of a number in which both zeros, and all that is absent, are one.
-fn bits(x: f64) -> u64 {
+pub(super) fn bits(x: f64) -> u64 {
     if x.is_nan() { u64::MAX } else { (x + 0.0).to_bits() }
 }
 

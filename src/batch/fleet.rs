@@ -2,9 +2,8 @@
 
 use super::common::Scratch;
 use super::device::Shape;
-use super::lane_rows::{Form, Lanes, Placed};
+use super::lane_rows::{Form, Lanes};
 use super::lanes::{Exact, Room};
-use super::positions::Positions;
 use super::residuals::Tests;
 use super::{Common, Device, Layout, Row, Solved};
 use crate::campaign::Campaign;
@@ -48,8 +47,6 @@ pub struct Schedules {
     last: Place,
     /// The way of devices of other schedules; inner `None` where there is none, outer where nobody has asked.
     lanes: Option<Option<Box<Lanes>>>,
-    /// Positions of devices of other schedules, where joints take part.
-    positions: Option<Positions>,
     /// What the tests of their forms share.
     tests: HashMap<Form, Tests>,
 }
@@ -71,12 +68,11 @@ enum Way {
     Lanes(Form),
 }
 
-/// One of them: its number, the rows of the schedule's where they stand in another order, and the places of its rows among the positions.
+/// One of them: its number, and the rows of the schedule's where they stand in another order.
 struct Member<'a> {
     number: usize,
     device: &'a Device,
     map: Option<Vec<usize>>,
-    places: Vec<u32>,
 }
 
 /// A device's place: a schedule and, where its rows stand in another order, the rows of the schedule's.
@@ -116,18 +112,16 @@ impl<'a> Fleet<'a> {
         for ((number, device), place) in devices.iter().enumerate().zip(places) {
             let shape = Shape::of(device, layout);
             let (key, most, member) = match place {
-                Some((schedule, map)) => {
-                    ((Way::Common(schedule), 0), BLOCK, Member { number, device, map, places: Vec::new() })
-                }
+                Some((schedule, map)) => ((Way::Common(schedule), 0), BLOCK, Member { number, device, map }),
                 None => {
-                    let Some((form, is_exact, places)) = self.side_by_side(device, layout) else { continue };
+                    let Some((form, is_exact)) = self.side_by_side(device, layout) else { continue };
                     let schedule = if is_exact { shape.hash_in_order() } else { 0 };
                     let key = (Way::Lanes(form), schedule);
                     let first = open.get(&key).and_then(|block| blocks.get(*block)?.1.first());
                     if is_exact && first.is_some_and(|first| !shape.is_alike(&Shape::of(first.device, layout))) {
                         continue;
                     }
-                    (key, SIDE_BY_SIDE, Member { number, device, map: None, places })
+                    (key, SIDE_BY_SIDE, Member { number, device, map: None })
                 }
             };
             let block = *open.entry(key).or_insert_with(|| {
@@ -178,27 +172,19 @@ impl<'a> Fleet<'a> {
         if self.known.lanes.is_none()
             && let Ok(campaign) = (self.question)(device)
         {
-            let lanes = Lanes::new(&campaign, layout, &self.settings).map(Box::new);
-            self.known.positions = lanes.as_deref().and_then(Lanes::positions);
-            self.known.lanes = Some(lanes);
+            self.known.lanes = Some(Lanes::new(&campaign, layout, &self.settings).map(Box::new));
         }
     }
 
-    /// The form of a device whose schedule is its own, whether its lines follow the point, and the places of its rows among the positions; `None`
-    /// where it cannot go beside others.
-    fn side_by_side(&mut self, device: &Device, layout: &Layout) -> Option<(Form, bool, Vec<u32>)> {
+    /// The form of a device whose schedule is its own, and whether its lines follow the point; `None` where it cannot go beside others.
+    fn side_by_side(&mut self, device: &Device, layout: &Layout) -> Option<(Form, bool)> {
         self.look_for_a_way(device, layout);
         let way = self.known.lanes.as_ref()?.as_deref()?;
         let form = way.form_of(device)?;
-        let places = match &mut self.known.positions {
-            Some(positions) => positions.of(way.width, device, layout, self.question)?,
-            None if way.is_by_position() => return None,
-            None => Vec::new(),
-        };
         if self.known.tests.len() < MOST {
             self.known.tests.entry(form).or_insert_with(|| way.tests(&form));
         }
-        Some((form, way.is_exact, places))
+        Some((form, way.is_exact))
     }
 
     /// Rows of devices of one form, eight side by side; none where they have no such way, and for too few of a schedule whose lines follow the point.
@@ -212,15 +198,13 @@ impl<'a> Fleet<'a> {
     ) -> Option<Vec<Option<Row>>> {
         let way = self.known.lanes.as_ref()?.as_deref()?;
         let tests = self.known.tests.get(form)?;
+        let devices: Vec<&Device> = members.iter().map(|member| member.device).collect();
         if !way.is_exact {
-            let devices: Vec<Placed<'_>> =
-                members.iter().map(|member| (member.device, member.places.as_slice())).collect();
-            return Some(way.rows(arch, (form, tests), self.known.positions.as_ref(), &devices, room));
+            return Some(way.rows(arch, (form, tests), &devices, room));
         }
         let first = members.first().filter(|_| members.len() >= FEWEST)?;
         let sensors: Vec<usize> = layout.sensors().collect();
         let exact = Exact::new((self.question)(first.device).ok()?, &sensors)?;
-        let devices: Vec<&Device> = members.iter().map(|member| member.device).collect();
         Some(way.rows_exactly(arch, (form, tests), &exact, &devices, room))
     }
 

@@ -1,5 +1,5 @@
 //! Devices of different schedules: which of them can go side by side, their rows of the design from the columns of the table, and which of these
-//! are replicates: rows whose lines find the same inputs, by a table of their hashes.
+//! are replicates: rows whose lines find the same inputs.
 #![allow(
     clippy::indexing_slicing,
     reason = "`fill` gives every list the size of the form before it is written, and a `Lane` has `LANES` numbers; a row's inputs are as wide as said"
@@ -8,7 +8,7 @@
 use super::answer::Asked;
 use super::block::LANES;
 use super::common::{ILL, alone, is_plain};
-use super::positions::Positions;
+use super::device::bits;
 use super::residuals::{Sizes, Tests};
 use super::{Device, Layout, Use};
 use crate::algebra::Scratch;
@@ -16,11 +16,9 @@ use crate::campaign::Campaign;
 use crate::design::{ColumnLine, Model, Read};
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Estimator, Settings, Weighting};
-use crate::mix::Mix;
-use crate::number;
+use crate::mix::{Mix, Numbers};
 use pulp::Arch;
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::Hasher;
 
 /// Most readings of a device, and most sensors, that go this way.
 const MOST_ROWS: usize = 2048;
@@ -38,14 +36,9 @@ pub(super) struct Lanes {
     pub(super) width: usize,
     /// The cell of the number of samples.
     samples: Option<usize>,
-    /// Are rows of the design those of positions, since joints take part?
-    is_by_position: bool,
     /// Is the model not linear in its unknowns, so that rows follow the point?
     pub(super) is_exact: bool,
 }
-
-/// A device, and the place of each row of its system among the positions; none where its rows come from columns.
-pub(super) type Placed<'a> = (&'a Device, &'a [u32]);
 
 /// A sensor's line.
 #[derive(Debug)]
@@ -140,12 +133,13 @@ impl Lanes {
         let cell = |key: &str| inputs.iter().position(|input| *input == key);
         let n = campaign.unknowns();
         let has_joints = bench.joints().next().is_some();
-        let is_by_position =
-            is_exact || has_joints || layout.sensors().any(|sensor| model.column_line(sensor).is_none());
+        if has_joints && !is_exact {
+            return None;
+        }
         let line = |sensor: usize| {
             let own = bench.sensors.get(sensor)?;
             let (u, is_reference) = (cell(&format!("{}_u", own.id)), own.is_reference());
-            if is_by_position {
+            if is_exact {
                 return Some(SensorLine { line: None, from: Vec::new(), u, is_reference, absent: Vec::new() });
             }
             let line = model.column_line(sensor)?;
@@ -161,22 +155,7 @@ impl Lanes {
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
         let (width, samples) = (inputs.len(), cell("n"));
         let sensors = layout.sensors().collect();
-        Some(Lanes { lines, sensors, width, samples, is_by_position, is_exact, asked })
-    }
-
-    /// Positions for its devices, where they have joints.
-    pub(super) fn positions(&self) -> Option<Positions> {
-        let weights: Vec<usize> = self.lines.iter().filter_map(|line| line.u).chain(self.samples).collect();
-        if self.is_by_position && !self.is_exact {
-            Positions::new(&self.asked.campaign, self.width, &weights)
-        } else {
-            None
-        }
-    }
-
-    /// Does it need them?
-    pub(super) fn is_by_position(&self) -> bool {
-        self.is_by_position && !self.is_exact
+        Some(Lanes { lines, sensors, width, samples, is_exact, asked })
     }
 
     /// The shape of a device; `None` for one that its own fit has to answer, or to refuse.
@@ -232,8 +211,8 @@ impl Lanes {
     pub(super) fn fill(
         &self,
         arch: Arch,
-        (form, positions): (&Form, Option<&Positions>),
-        devices: &[Placed<'_>],
+        form: &Form,
+        devices: &[&Device],
         eight: &mut Eight,
         places: &mut Places,
     ) -> [Option<Sizes>; LANES] {
@@ -248,7 +227,7 @@ impl Lanes {
                 match from {
                     From::Cell(k) => {
                         for l in 0..LANES {
-                            let Some((device, _)) = devices.get(l).or(devices.last()) else { continue };
+                            let Some(device) = devices.get(l).or(devices.last()) else { continue };
                             let cells = device.inputs.iter().skip(*k).step_by(self.width.max(1));
                             let values = device.values.iter().skip(slot).step_by(self.lines.len());
                             let read = cells.zip(values).filter(|(_, value)| !value.is_nan());
@@ -261,26 +240,13 @@ impl Lanes {
             let Places { inputs, values, gradient, lists: room } = &mut *places;
             values.resize(places_here, 0.0);
             if line.line.is_none() {
-                // what no line and no position predicts
+                // rows that follow the point are predicted elsewhere
                 values.fill(0.0);
             }
             gradient.resize(lists, 0.0);
             if let Some(line) = &line.line {
                 let inputs = &inputs[..lists];
                 line.gradient(arch, places_here, inputs, room, (values, gradient));
-            }
-            if let Some(positions) = positions {
-                for l in 0..LANES {
-                    let Some((_, places)) = devices.get(l).or(devices.last()) else { continue };
-                    for (i, place) in places.iter().skip(begin).take(count).enumerate() {
-                        let row = positions.row(*place);
-                        for (j, a) in row.iter().take(n).enumerate() {
-                            eight.rows[j * m + begin + i][l] = *a;
-                        }
-                        // the prediction stands last
-                        values[i * LANES + l] = row.last().copied().unwrap_or(f64::NAN);
-                    }
-                }
             }
             let mut put = |j: usize, from: Option<&[f64]>| {
                 let to = eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut();
@@ -296,7 +262,7 @@ impl Lanes {
             }
             line.absent.iter().for_each(|j| put(*j, None));
             for l in 0..LANES {
-                let Some((device, _)) = devices.get(l).or(devices.last()) else { continue };
+                let Some(device) = devices.get(l).or(devices.last()) else { continue };
                 let read = (0..device.rows).filter_map(|row| {
                     let value = device.values.get(row * self.lines.len() + slot).filter(|value| !value.is_nan())?;
                     let cell = |k: usize| device.inputs.get(row * self.width + k).copied();
@@ -319,43 +285,22 @@ impl Lanes {
     }
 }
 
-/// The cell of each row of one device: rows of one cell have the same inputs. How many cells there are comes back.
+/// The cell of each row of one device: rows of one cell have the same inputs.
 #[derive(Debug, Default)]
 pub(super) struct Parted {
     /// Cell of each row.
     pub(super) of: Vec<usize>,
-    /// Row (and sensor) at which each cell was met first.
-    firsts: Vec<(usize, usize)>,
-    table: Vec<u32>,
-    /// The same by the cells of positions.
-    known: HashMap<u32, usize, BuildHasherDefault<Mix>>,
+    /// By a row (and sensor) of each cell.
+    numbers: Numbers<(usize, usize)>,
 }
 
 impl Lanes {
-    /// Part a device's rows, in the order of the system's, by their inputs.
-    pub(super) fn cells(
-        &self,
-        (device, places): Placed<'_>,
-        positions: Option<&Positions>,
-        parted: &mut Parted,
-    ) -> usize {
-        let Parted { of, firsts, table, known } = parted;
+    /// Part a device's rows, in the order of the system's, by their inputs; how many cells there are.
+    pub(super) fn cells(&self, device: &Device, Parted { of, numbers }: &mut Parted) -> usize {
         of.clear();
-        firsts.clear();
-        let size = (4 * device.rows * self.lines.len()).next_power_of_two();
-        table.clear();
-        table.resize(size, u32::MAX);
-        if let Some(positions) = positions {
-            known.clear();
-            for place in places {
-                let next = known.len();
-                of.push(*known.entry(positions.cell(*place)).or_insert(next));
-            }
-            return known.len();
-        }
-        let word = |x: f64| (x + 0.0).to_bits();
+        numbers.clear();
         for (slot, line) in self.lines.iter().enumerate() {
-            let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, word);
+            let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, bits);
             let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
             for row in 0..device.rows {
                 if device.values.get(row * self.lines.len() + slot).is_none_or(|value| value.is_nan()) {
@@ -363,26 +308,11 @@ impl Lanes {
                 }
                 let mut hash = Mix(slot as u64);
                 used().for_each(|k| hash.write_u64(at(row, k)));
-                let mut place = number::index(hash.finish() & (size as u64 - 1));
-                let cell = loop {
-                    let Some(entry) = table.get_mut(place) else { break firsts.len() };
-                    match firsts.get(*entry as usize) {
-                        None => {
-                            // beyond u32 it stays an empty place, and the cell has no other row
-                            *entry = u32::try_from(firsts.len()).unwrap_or(u32::MAX);
-                            firsts.push((row, slot));
-                            break firsts.len() - 1;
-                        }
-                        Some((first, kind)) if *kind == slot && used().all(|k| at(row, k) == at(*first, k)) => {
-                            break *entry as usize;
-                        }
-                        Some(_) => place = (place + 1) & (size - 1),
-                    }
-                };
-                of.push(cell);
+                let is_alike = |(first, kind)| kind == slot && used().all(|k| at(row, k) == at(first, k));
+                of.push(numbers.of(hash.finish(), (row, slot), is_alike).0);
             }
         }
-        firsts.len()
+        numbers.len()
     }
 
     /// The rows of a device's system in the order of its readings: the reading (from 0) and the row.

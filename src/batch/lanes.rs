@@ -10,8 +10,7 @@
 use super::answer::{Answer, Coverage, Question};
 use super::block::{LANES, Lane, Sums, lane};
 use super::common::ILL;
-use super::lane_rows::{Form, Lanes, Parted, Placed, Places};
-use super::positions::Positions;
+use super::lane_rows::{Form, Lanes, Parted, Places};
 use super::residuals::{Cells, Sizes, Tests, least_runs_p, suspects};
 use super::{Device, Row, Solved};
 use crate::campaign::{Campaign, Kind};
@@ -57,18 +56,17 @@ impl Lanes {
         &self,
         arch: Arch,
         (form, tests): (&Form, &Tests),
-        positions: Option<&Positions>,
-        devices: &[Placed<'_>],
+        devices: &[&Device],
         room: &mut Room,
     ) -> Vec<Option<Row>> {
         let mut rows = Vec::with_capacity(devices.len());
         for devices in devices.chunks(LANES) {
-            let sizes = self.fill(arch, (form, positions), devices, &mut room.eight, &mut room.places);
+            let sizes = self.fill(arch, form, devices, &mut room.eight, &mut room.places);
             room.eight.solve(arch);
             self.judge(arch, tests, room);
             let solved = devices.iter().zip(sizes).enumerate();
             rows.extend(solved.map(|(l, (device, sizes))| {
-                self.row((form, tests), (positions, None), &self.asked.reference, *device, (l, sizes?), room)
+                self.row((form, tests), None, &self.asked.reference, device, (l, sizes?), room)
             }));
         }
         rows
@@ -83,9 +81,9 @@ impl Lanes {
     pub(super) fn row(
         &self,
         (form, tests): (&Form, &Tests),
-        (positions, known): (Option<&Positions>, Option<&(Vec<usize>, usize)>),
+        known: Option<&(Vec<usize>, usize)>,
         reference: &[f64],
-        (device, places): Placed<'_>,
+        device: &Device,
         (l, sizes): (usize, Sizes),
         room: &mut Room,
     ) -> Option<Row> {
@@ -132,7 +130,7 @@ impl Lanes {
         let (of, count) = match known {
             Some((of, count)) => (of.as_slice(), *count),
             None => {
-                let count = self.cells((device, places), positions, parted);
+                let count = self.cells(device, parted);
                 (parted.of.as_slice(), count)
             }
         };
@@ -291,8 +289,7 @@ impl Exact {
         for (row, k) in order.iter().enumerate() {
             place[*k] = row;
         }
-        let cells = fit::cells(&campaign, &design, design.rows.len());
-        let count = cells.iter().max().map_or(0, |most| most + 1);
+        let (cells, count) = fit::cells(&campaign, &design, design.rows.len());
         let cells = (order.iter().map(|k| cells.at(*k)).collect(), count);
         let of_reading = |rows: &[(usize, &RowOrigin)]| {
             let reading = rows.first().map_or(0, |(_, row)| row.reading);
@@ -353,8 +350,7 @@ impl Lanes {
         let mut begin: Option<(Vec<Lane>, Vec<Lane>)> = None;
         let mut found = Vec::with_capacity(devices.len());
         for devices in devices.chunks(LANES) {
-            let placed: Vec<Placed<'_>> = devices.iter().map(|device| (*device, &[] as &[u32])).collect();
-            let sizes = self.fill(arch, (form, None), &placed, &mut room.eight, &mut room.places);
+            let sizes = self.fill(arch, form, devices, &mut room.eight, &mut room.places);
             let values = room.eight.observed.clone();
             let mut point = reference.clone();
             let (mut settled, mut failed, mut last) = ([false; LANES], [false; LANES], [f64::INFINITY; LANES]);
@@ -403,10 +399,10 @@ impl Lanes {
                 }
             }
             self.judge(arch, tests, room);
-            found.extend(placed.iter().zip(sizes).enumerate().map(|(l, (device, sizes))| {
+            found.extend(devices.iter().zip(sizes).enumerate().map(|(l, (device, sizes))| {
                 let sizes = sizes.filter(|_| settled[l] && !failed[l])?;
                 let reference: Vec<f64> = point.iter().map(|x| x[l]).collect();
-                self.row((form, tests), (None, Some(&exact.cells)), &reference, *device, (l, sizes), room)
+                self.row((form, tests), Some(&exact.cells), &reference, device, (l, sizes), room)
             }));
         }
         found

@@ -13,7 +13,6 @@
 //! | `answer.rs` | a device's row from its solution; known inputs with an uncertainty |
 //! | `lanes.rs` | devices of different schedules, eight side by side; those of one schedule whose model is not linear, to convergence |
 //! | `lane_rows.rs` | their rows of the design, from the columns of the table, and which of them are replicates |
-//! | `positions.rs` | their rows of the design, position by position, where joints stand or turn |
 //! | `block.rs` | estimates, residuals and their sums of eight devices side by side |
 //! | `residuals.rs` | tests of the residuals: signs, normality, lack of fit beside replicates |
 //! | `fleet.rs` | which device is fitted how |
@@ -35,7 +34,6 @@ mod lane_rows;
 mod lanes;
 mod layout;
 mod parts;
-mod positions;
 mod repeat;
 mod residuals;
 mod row;

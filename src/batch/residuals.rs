@@ -5,7 +5,7 @@ use super::block::{LANES, Lane, Sums, lane, network, normality};
 use crate::fit;
 use crate::mix::Mix;
 use crate::number;
-use crate::quality::{self, NormalScores, Whitened};
+use crate::quality::{self, NormalScores, Signs, Whitened};
 use crate::uncertainty::quantiles;
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -181,18 +181,9 @@ pub(super) fn least_runs_p(rows: impl Iterator<Item = (usize, usize, f64)>) -> f
 
 /// Probability of the runs test; NaN where there is none. Equal counts have equal probabilities, and return often.
 fn runs_p(residuals: impl Iterator<Item = f64>) -> f64 {
-    let (mut positive, mut negative, mut runs, mut last) = (0_usize, 0_usize, 0_usize, None);
-    for v in residuals.filter(|v| *v != 0.0 && v.is_finite()) {
-        let sign = v > 0.0;
-        if sign {
-            positive += 1;
-        } else {
-            negative += 1;
-        }
-        runs += usize::from(last != Some(sign));
-        last = Some(sign);
-    }
-    runs_of(positive, negative, runs)
+    let mut signs = Signs::default();
+    residuals.for_each(|v| signs.take(v));
+    runs_of(signs.positive, signs.negative, signs.runs)
 }
 
 impl Sums {

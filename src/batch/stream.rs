@@ -193,7 +193,7 @@ fn pass(
                 gathering.number = None;
             }
         }
-        gathering.end_file(&record);
+        gathering.number = None;
         if tables.by.is_none() {
             gathering.end();
         }
@@ -218,7 +218,7 @@ struct Places {
     position: Option<usize>,
 }
 
-/// No device has a label yet.
+/// A row without a label.
 const NONE: usize = usize::MAX;
 
 /// Devices that are whole, and those that are not yet.
@@ -230,9 +230,8 @@ struct Gathering<'a> {
     /// The one that is being gathered, and its label's number where that is known.
     current: Option<usize>,
     number: Option<usize>,
-    /// With counts: the open device of each label of this file, and those of the files before.
-    of_label: Vec<usize>,
-    before: HashMap<String, usize>,
+    /// With counts: the open device of each label.
+    of_label: HashMap<String, usize>,
     whole: Vec<Device>,
     /// Digests of devices that were handed on; two that agree by chance cost a second pass, and nothing else.
     done: HashSet<u64>,
@@ -255,13 +254,8 @@ impl Gathering<'_> {
             return Ok(current);
         }
         let expected = match self.counts {
-            Some(counts) => {
-                if let Some(there) = self.before.remove(label) {
-                    return Ok(there);
-                }
-                // every label was counted
-                counts.get(label).copied().unwrap_or_default()
-            }
+            // every label was counted
+            Some(counts) => counts.get(label).copied().unwrap_or_default(),
             None => {
                 self.end();
                 let digest = digest(label);
@@ -294,15 +288,6 @@ impl Gathering<'_> {
         self.whole.push(device);
     }
 
-    /// The label numbers of a file are its own.
-    fn end_file(&mut self, record: &Record) {
-        self.number = None;
-        for (k, there) in std::mem::take(&mut self.of_label).into_iter().enumerate().filter(|(_, there)| *there != NONE)
-        {
-            self.before.insert(label(record, k).to_string(), there);
-        }
-    }
-
     fn finish(&mut self) {
         if self.counts.is_none() {
             self.end();
@@ -325,24 +310,22 @@ impl Gathering<'_> {
         if let (Some(current), true) = (self.current, self.number == Some(number)) {
             return Ok(current);
         }
-        if let Some(there) = self.of_label.get(number).filter(|there| **there != NONE) {
+        let label = label(record, number);
+        if let Some(there) = self.of_label.get(label) {
             return Ok(*there);
         }
-        if label(record, number).trim().is_empty() {
+        if label.trim().is_empty() {
             return Ok(NONE);
         }
-        if self.counts.is_none() {
-            let found = self.begin(label(record, number));
-            self.number = Some(number);
-            return found;
+        let found = self.begin(label);
+        match (self.counts, &found) {
+            (Some(_), Ok(there)) => {
+                self.of_label.insert(label.to_string(), *there);
+                self.current = None;
+            }
+            _ => self.number = Some(number),
         }
-        let there = self.begin(label(record, number))?;
-        if self.of_label.len() <= number {
-            self.of_label.resize(number + 1, NONE);
-        }
-        self.of_label.get_mut(number).into_iter().for_each(|slot| *slot = there);
-        self.current = None;
-        Ok(there)
+        found
     }
 
     /// The rows of a block, run by run.
@@ -417,9 +400,7 @@ impl Gathering<'_> {
             device.rows += end - row;
             if device.rows as u64 >= *expected {
                 self.is_whole(there);
-                if let Some(slot) = number.and_then(|number| self.of_label.get_mut(number)) {
-                    *slot = NONE;
-                }
+                number.and_then(|number| self.of_label.remove(label(record, number)));
             }
             row = end;
         }

@@ -1,6 +1,6 @@
 //! All devices together: how each quantity is distributed, who stands apart, and whether devices differ more than they are measured.
 
-use super::{Reason, Row, Solved, Verdict};
+use super::{Reason, Row, Verdict};
 use crate::elements::Elements;
 use crate::fit::Conformity;
 use crate::number;
@@ -219,23 +219,12 @@ impl Summary {
     /// One more device.
     pub fn add(&mut self, row: &Row) {
         self.devices += 1;
-        let verdict = match row.verdict {
-            Verdict::Accepted => &mut self.verdicts[0],
-            Verdict::Rejected => &mut self.verdicts[1],
-            Verdict::Malformed => &mut self.verdicts[2],
-        };
-        *verdict += 1;
-        let solved = match row.solved {
-            Solved::Together => &mut self.solved[0],
-            Solved::Alone => &mut self.solved[1],
-            Solved::Not => &mut self.solved[2],
-        };
-        *solved += 1;
-        match row.conformity {
-            Some(Conformity::Pass) => self.conformity[0] += 1,
-            Some(Conformity::Undecided) => self.conformity[1] += 1,
-            Some(Conformity::Fail) => self.conformity[2] += 1,
-            None => {}
+        for (counts, place) in [
+            (&mut self.verdicts, Some(row.verdict as usize)),
+            (&mut self.solved, Some(row.solved as usize)),
+            (&mut self.conformity, row.conformity.map(|outcome| outcome as usize)),
+        ] {
+            place.and_then(|place| counts.get_mut(place)).into_iter().for_each(|count| *count += 1);
         }
         self.suspicious += usize::from(!row.suspects.is_empty());
         row.reasons.iter().for_each(|reason| *self.reasons.entry(*reason).or_default() += 1);

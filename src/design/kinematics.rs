@@ -53,16 +53,17 @@ impl Kinematics {
 /// `S_k = Rn^T ... R(k+1)^T` are all later rotations, multiplied up from the sensor back to the ground. `tilts` are in radians, in chain
 /// order; missing joints or tilts count as zero. No small angles anywhere.
 pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kinematics) {
-    let (tilts, wanted) = (tilts.as_chunks::<1>().0, Wanted { rate: true, force: true, joints: out.wants_joints });
+    let wanted = Wanted { fields: [true; 2], joints: out.wants_joints };
     // no joint has the place behind all
-    out.instants.set(bench, tilts, instant, (instant.angle_deg.len(), [0.0]), wanted);
+    out.instants.set(bench, tilts.as_chunks::<1>().0, instant, (instant.angle_deg.len(), [0.0]), wanted);
     let one = |v: &Vectors<1>| Vector3::new(v[0][0], v[1][0], v[2][0]);
-    (out.rate, out.force) = (one(&out.instants.rate), one(&out.instants.force));
+    let [rate, force] = &out.instants.fields;
+    (out.rate, out.force) = (one(&rate.at), one(&force.at));
     for (to, from) in [
-        (&mut out.rate_by_tilt, &out.instants.rate_by_tilt),
-        (&mut out.force_by_tilt, &out.instants.force_by_tilt),
-        (&mut out.rate_by_joint, &out.instants.rate_by_joint),
-        (&mut out.force_by_joint, &out.instants.force_by_joint),
+        (&mut out.rate_by_tilt, &rate.by_tilt),
+        (&mut out.force_by_tilt, &force.by_tilt),
+        (&mut out.rate_by_joint, &rate.by_joint),
+        (&mut out.force_by_joint, &force.by_joint),
     ] {
         to.clear();
         to.extend(from.iter().map(one));
@@ -75,21 +76,25 @@ pub(super) type Vectors<const L: usize> = [Lane<L>; 3];
 /// What is asked for; what is not wanted of rate and force is left as it is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Wanted {
-    pub rate: bool,
-    pub force: bool,
+    /// The rate, and the force.
+    pub fields: [bool; 2],
     /// Derivatives by the joints' angles.
     pub joints: bool,
+}
+
+/// Rate or force at `L` places.
+#[derive(Debug, Clone)]
+pub(super) struct Field<const L: usize> {
+    pub at: Vectors<L>,
+    pub by_tilt: Vec<Vectors<L>>,
+    pub by_joint: Vec<Vectors<L>>,
 }
 
 /// [`Kinematics`] at `L` places.
 #[derive(Debug, Clone)]
 pub(super) struct Instants<const L: usize> {
-    pub rate: Vectors<L>,
-    pub force: Vectors<L>,
-    pub rate_by_tilt: Vec<Vectors<L>>,
-    pub force_by_tilt: Vec<Vectors<L>>,
-    pub rate_by_joint: Vec<Vectors<L>>,
-    pub force_by_joint: Vec<Vectors<L>>,
+    /// The rate, and the force.
+    pub fields: [Field<L>; 2],
     ground: Ground,
     turns: Vec<Turn<L>>,
     angles: Vec<Lane<L>>,
@@ -237,14 +242,9 @@ impl<const L: usize> Later<L> {
 
 impl<const L: usize> Default for Instants<L> {
     fn default() -> Self {
-        let none = [[0.0; L]; 3];
+        let none = || Field { at: [[0.0; L]; 3], by_tilt: Vec::new(), by_joint: Vec::new() };
         Instants {
-            rate: none,
-            force: none,
-            rate_by_tilt: Vec::new(),
-            force_by_tilt: Vec::new(),
-            rate_by_joint: Vec::new(),
-            force_by_joint: Vec::new(),
+            fields: [none(), none()],
             ground: Ground::default(),
             turns: Vec::new(),
             angles: Vec::new(),
@@ -264,23 +264,12 @@ impl<const L: usize> Instants<L> {
         (joint, stops): (usize, Lane<L>),
         wanted: Wanted,
     ) {
-        let Instants {
-            rate,
-            force,
-            rate_by_tilt,
-            force_by_tilt,
-            rate_by_joint,
-            force_by_joint,
-            ground,
-            turns,
-            angles,
-            scratch,
-        } = self;
-        [*rate, *force] = ground.of(bench).map(|v| [[v.x; L], [v.y; L], [v.z; L]]);
-        rate_by_tilt.clear();
-        force_by_tilt.clear();
-        rate_by_joint.clear();
-        force_by_joint.clear();
+        let Instants { fields, ground, turns, angles, scratch } = self;
+        for (field, v) in fields.iter_mut().zip(ground.of(bench)) {
+            field.at = [[v.x; L], [v.y; L], [v.z; L]];
+            field.by_tilt.clear();
+            field.by_joint.clear();
+        }
         turns.resize(bench.chain.len(), Turn::NONE);
         let at = |k: usize| if k == joint { stops } else { [base.angle_deg.at(k); L] };
         angles.clear();
@@ -289,7 +278,7 @@ impl<const L: usize> Instants<L> {
             angles.extend((0..base.angle_deg.len()).map(|k| lanes(|l| shown(at(k)[l]).to_radians())));
         }
         let per_deg_s = bench.units.rate.per_deg_s();
-        let mut k = 0;
+        let (mut k, mut tilt) = (0, 0);
         // from the ground to the sensor: the vectors, and what a tilt or a joint does to them in its own frame
         for (link, turn) in bench.chain.iter().zip(turns.iter_mut()) {
             let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
@@ -305,43 +294,41 @@ impl<const L: usize> Instants<L> {
                         None => [1.0; L],
                     };
                     // what the caller leaves out is zero
-                    let tilt = tilts.get(rate_by_tilt.len()).copied().unwrap_or([0.0; L]);
-                    turn.to(lanes(|l| turn.factor[l] * tilt[l]), false);
+                    let size = tilts.get(tilt).copied().unwrap_or([0.0; L]);
+                    turn.to(lanes(|l| turn.factor[l] * size[l]), false);
                     turn.rate = 0.0;
+                    tilt += 1;
                 }
             }
-            if wanted.rate {
-                turn.apply(*about, rate);
+            for ((field, wanted_here), own) in fields.iter_mut().zip(wanted.fields).zip([turn.rate, 0.0]) {
+                if wanted_here {
+                    turn.apply(*about, &mut field.at);
+                }
+                if own != 0.0 {
+                    field.at[*about as usize].iter_mut().for_each(|q| *q += own);
+                }
+                let by = match link {
+                    Link::Tilt { .. } => &mut field.by_tilt,
+                    Link::Joint { .. } if wanted.joints => &mut field.by_joint,
+                    Link::Joint { .. } => continue,
+                };
+                by.push(if wanted_here { derivative(*about, &field.at) } else { [[0.0; L]; 3] });
             }
-            if wanted.force {
-                turn.apply(*about, force);
-            }
-            if turn.rate != 0.0 {
-                rate[*about as usize].iter_mut().for_each(|q| *q += turn.rate);
-            }
-            let (by_rate, by_force) = match link {
-                Link::Tilt { .. } => (&mut *rate_by_tilt, &mut *force_by_tilt),
-                Link::Joint { .. } if wanted.joints => (&mut *rate_by_joint, &mut *force_by_joint),
-                Link::Joint { .. } => continue,
-            };
-            let zero = [[0.0; L]; 3];
-            by_rate.push(if wanted.rate { derivative(*about, rate) } else { zero });
-            by_force.push(if wanted.force { derivative(*about, force) } else { zero });
         }
         // from the sensor back to the ground: later rotations carry the derivatives to the sensor
         let mut later = Later::none();
-        let mut by_tilt = rate_by_tilt.iter_mut().zip(force_by_tilt.iter_mut()).rev();
-        let mut by_joint = rate_by_joint.iter_mut().zip(force_by_joint.iter_mut()).rev();
         for (link, turn) in bench.chain.iter().zip(turns.iter()).rev() {
             let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
-            let slopes = if let Link::Tilt { .. } = link { by_tilt.next() } else { by_joint.next() };
-            if let Some((rate, force)) = slopes {
-                if wanted.rate {
-                    later.carry(*about, rate);
-                }
-                if wanted.force {
-                    later.carry(*about, force);
-                }
+            match link {
+                Link::Joint { .. } => k -= 1,
+                Link::Tilt { .. } => tilt -= 1,
+            }
+            for (field, _) in fields.iter_mut().zip(wanted.fields).filter(|(_, wanted)| *wanted) {
+                let slope = match link {
+                    Link::Joint { .. } => field.by_joint.get_mut(k),
+                    Link::Tilt { .. } => field.by_tilt.get_mut(tilt),
+                };
+                slope.into_iter().for_each(|slope| later.carry(*about, slope));
             }
             later.turn(*about, turn);
         }
@@ -353,8 +340,7 @@ impl<const L: usize> Instants<L> {
         for (k, (times, factor)) in tilting.enumerate() {
             let Some(times) = times else { continue };
             let size = tilts.get(k).copied().unwrap_or([0.0; L]);
-            let parts = [(&mut *rate_by_tilt, &mut *rate_by_joint), (&mut *force_by_tilt, &mut *force_by_joint)];
-            for (by_tilt, by_joint) in parts {
+            for Field { by_tilt, by_joint, .. } in fields.iter_mut() {
                 let Some(parts) = by_tilt.get_mut(k) else { continue };
                 for (j, by) in by_joint.iter_mut().enumerate().filter(|_| size != [0.0; L]) {
                     let slope = factors(angles, |here| times.slopes(here, scratch).at(j));

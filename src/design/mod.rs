@@ -22,12 +22,11 @@ pub use model::Model;
 pub(crate) use model::{Room, Workspace, missing_column};
 
 use crate::campaign::{Campaign, JointState, Kind};
-use crate::elements::Elements;
+use crate::elements::{Elements, Parts};
 use crate::error::Result;
-use crate::mix::Mix;
+use crate::mix::{Mix, Numbers};
 use faer::Mat;
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::{BuildHasher, BuildHasherDefault};
 
 /// Predictions and their derivatives with respect to *every* parameter of the campaign (estimated, known, assumed zero).
 #[derive(Debug, Clone)]
@@ -91,22 +90,23 @@ pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<Des
     let mut work = model.workspace();
     let mut sensors = Vec::new();
     let mut start = 0;
-    let mut predicted_before = Predicted::new(campaign);
+    let firsts = firsts(campaign, &rows);
     for of_reading in rows.chunk_by(|a, b| a.reading == b.reading) {
-        sensors.clear();
-        sensors.extend(of_reading.iter().map(|origin| origin.sensor));
-        let reading = of_reading.first().map_or(0, |origin| origin.reading);
-        if let Some(from) = predicted_before.like(campaign, model, &rows, start, sensors.len()) {
-            for (from, to) in (from..).zip(start..start + sensors.len()) {
-                // rows before this one
+        let own = start..start + of_reading.len();
+        if firsts.part(own.clone()).iter().all(|first| *first < start) {
+            for to in own {
+                let from = firsts.at(to);
                 let before = predicted.at(from);
                 predicted.get_mut(to).into_iter().for_each(|slot| *slot = before);
                 (0..parameters).for_each(|j| jacobian[(to, j)] = jacobian[(from, j)]);
                 (0..by_joint.ncols()).for_each(|j| by_joint[(to, j)] = by_joint[(from, j)]);
             }
-            start += sensors.len();
+            start += of_reading.len();
             continue;
         }
+        sensors.clear();
+        sensors.extend(of_reading.iter().map(|origin| origin.sensor));
+        let reading = of_reading.first().map_or(0, |origin| origin.reading);
         model.predict_all(campaign, reading, &sensors, point, &mut work, |place, value, gradient| {
             let i = start + place;
             if let Some(slot) = predicted.get_mut(i) {
@@ -121,7 +121,7 @@ pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<Des
         })?;
         start += of_reading.len();
     }
-    by_inputs(campaign, model, point, &rows, &mut jacobian)?;
+    by_inputs(campaign, model, point, (&rows, &firsts), &mut jacobian)?;
     Ok(DesignMatrix { rows, point: point.to_vec(), predicted, jacobian, by_joint })
 }
 
@@ -133,7 +133,7 @@ fn by_inputs(
     campaign: &Campaign,
     model: &Model,
     point: &[f64],
-    rows: &[RowOrigin],
+    (rows, firsts): (&[RowOrigin], &[usize]),
     jacobian: &mut Mat<f64>,
 ) -> Result<()> {
     let inputs = campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Input);
@@ -144,17 +144,17 @@ fn by_inputs(
         for side in [-1.0, 1.0] {
             let mut moved = campaign.clone();
             moved.shift_input(&parameter.id, side * step);
-            let (mut before, mut changes) = (Predicted::new(campaign), vec![0.0; rows.len()]);
-            for (i, origin) in rows.iter().enumerate() {
-                let change = match before.like(campaign, model, rows, i, 1) {
-                    Some(from) => changes.at(from),
+            let mut changes: Vec<f64> = Vec::with_capacity(rows.len());
+            for (i, (origin, first)) in rows.iter().zip(firsts).enumerate() {
+                let change = match changes.get(*first) {
+                    Some(change) => *change,
                     None => {
                         let place = (origin.reading, origin.sensor);
                         let value = model.predict(&moved, place.0, place.1, point, &mut gradient, &mut work)?;
                         side * value / (2.0 * step)
                     }
                 };
-                changes.get_mut(i).into_iter().for_each(|slot| *slot = change);
+                changes.push(change);
                 jacobian[(i, k)] += change;
             }
         }
@@ -162,44 +162,48 @@ fn by_inputs(
     Ok(())
 }
 
-/// Readings that were predicted, by a hash of their inputs: a campaign of many readings has few settings, and what one of them predicts is worked out once,
-/// wherever its readings stand.
-struct Predicted {
-    /// Reading and first row of the first of each hash.
-    first: HashMap<u64, (usize, usize), BuildHasherDefault<Mix>>,
-    /// A closed circle is predicted on the turn of what was read, which every reading has of its own.
-    closed: bool,
+/// For each row the first that predicts the same: a campaign of many readings has few settings, and what one of them predicts is worked out once, wherever its readings
+/// stand. A closed circle is predicted on the turn of what was read, which every reading has of its own.
+fn firsts(campaign: &Campaign, rows: &[RowOrigin]) -> Vec<usize> {
+    match campaign.bench.sensors.iter().any(|sensor| sensor.turn.is_some()) {
+        true => (0..rows.len()).collect(),
+        false => cells(campaign, rows).into_iter().map(|(_, first)| first).collect(),
+    }
 }
 
-impl Predicted {
-    fn new(campaign: &Campaign) -> Self {
-        let closed = campaign.bench.sensors.iter().any(|sensor| sensor.turn.is_some());
-        Predicted { first: HashMap::default(), closed }
-    }
+/// The cell of each row, and the first row of the cell: rows of one cell have the same sensor, joint states and columns that the model line uses.
+pub(crate) fn cells(campaign: &Campaign, rows: &[RowOrigin]) -> Vec<(usize, usize)> {
+    let used: Vec<Vec<usize>> = (0..campaign.bench.sensors.len()).map(|sensor| used_by(campaign, sensor)).collect();
+    let mut numbers: Numbers<usize> = Numbers::default();
+    let (mut key, mut other) = (Vec::new(), Vec::new());
+    let cell = |(row, origin): (usize, &RowOrigin)| {
+        write_key(campaign, used.at(origin.sensor), origin, &mut key);
+        let hash = BuildHasherDefault::<Mix>::default().hash_one(&key);
+        numbers.of(hash, row, |first| {
+            let Some(first) = rows.get(first) else { return false };
+            write_key(campaign, used.at(first.sensor), first, &mut other);
+            key == other
+        })
+    };
+    rows.iter().enumerate().map(cell).collect()
+}
 
-    /// The first row of an earlier reading that predicts the same in these rows; if there is none, later ones find this one.
-    fn like(
-        &mut self,
-        campaign: &Campaign,
-        model: &Model,
-        rows: &[RowOrigin],
-        start: usize,
-        count: usize,
-    ) -> Option<usize> {
-        if self.closed {
-            return None;
-        }
-        let of = |from: usize| rows.get(from..from + count);
-        let own = of(start)?;
-        let reading = own.first()?.reading;
-        let asked = campaign.readings.rows.get(reading)?;
-        let mut hash = Mix::default();
-        own.iter().for_each(|origin| hash.write_usize(origin.sensor));
-        asked.joints.iter().flat_map(JointState::bits).for_each(|word| hash.write_u64(word));
-        model.columns_of(asked).for_each(|value| hash.write_u64(value.map_or(u64::MAX, f64::to_bits)));
-        let (before, from) = *self.first.entry(hash.finish()).or_insert((reading, start));
-        let other = campaign.readings.rows.get(before).filter(|_| before != reading)?;
-        let is_same = |(a, b): (&RowOrigin, &RowOrigin)| a.reading == before && a.sensor == b.sensor;
-        (of(from)?.iter().zip(own).all(is_same) && model.takes_same_inputs(asked, other)).then_some(from)
+/// Columns that a sensor's line uses.
+pub(crate) fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
+    // rows are of sensors that the bench has
+    let names = campaign.bench.sensors.get(sensor).map(|own| own.model.names()).unwrap_or_default();
+    let columns = campaign.readings.columns.iter().enumerate();
+    columns.filter(|(_, column)| names.contains(&column.as_str())).map(|(k, _)| k).collect()
+}
+
+fn write_key(campaign: &Campaign, used: &[usize], origin: &RowOrigin, key: &mut Vec<u64>) {
+    key.clear();
+    key.push(origin.sensor as u64);
+    let Some(reading) = campaign.readings.rows.get(origin.reading) else { return };
+    key.extend(reading.joints.iter().flat_map(JointState::bits));
+    for k in used {
+        // readings that both lack it are alike in it
+        let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);
+        key.push((value + 0.0).to_bits());
     }
 }

@@ -4,7 +4,7 @@
     reason = "vectors have three components and lanes `L` numbers, and the loops run over these lengths"
 )]
 
-use super::kinematics::{Instants, Vectors, Wanted};
+use super::kinematics::{Field, Instants, Vectors, Wanted};
 use super::line::{SensorModel, Slot};
 use super::mean::{Sweep, sweep};
 use super::{Context, Kinematics, Smoothness, kinematics};
@@ -115,8 +115,8 @@ where
         let Room { tilts, inputs, slopes, at, sums } = room;
         let alike = |of: &&Gathered| of.smoothness == Some(smoothness);
         let follows = gathered.iter().filter(alike).filter_map(|of| model.sensors.get(of.sensor)).map(|of| of.follows);
-        let [rate, force] = follows.fold([false; 2], |[rate, force], of| [rate || of[0], force || of[1]]);
-        let wanted = Wanted { rate, force, joints: model.joints > 0 };
+        let fields = follows.fold([false; 2], |[rate, force], of| [rate || of[0], force || of[1]]);
+        let wanted = Wanted { fields, joints: model.joints > 0 };
         // no joint has the place behind all
         let joint = joint.unwrap_or(base.angle_deg.len());
         sums.resize_with(gathered.len(), || Sums { mean: [0.0; L], derivatives: Vec::new() });
@@ -132,8 +132,8 @@ where
                 let Some(line) = model.sensors.get(of.sensor) else { continue };
                 inputs.clear();
                 inputs.extend(line.slots.iter().map(|slot| match slot {
-                    Slot::Rate(direction) => along(direction, &at.rate),
-                    Slot::Force(direction) => along(direction, &at.force),
+                    Slot::Rate(direction) => along(direction, &at.fields[0].at),
+                    Slot::Force(direction) => along(direction, &at.fields[1].at),
                     Slot::Joint(k) if *k == joint => lanes(|l| angles[l].to_radians()),
                     Slot::Joint(k) => [base.angle_deg.at(*k).to_radians(); L],
                     // a reading that lacks it was refused, or its devices are
@@ -250,19 +250,6 @@ impl Model {
             visit(place, gathered.mean, &gathered.gradient);
         }
         Ok(())
-    }
-
-    /// Do two readings give the model lines the same inputs: joints, and the columns that stand in them?
-    pub(super) fn takes_same_inputs(&self, a: &Reading, b: &Reading) -> bool {
-        a.joints == b.joints && self.columns_of(a).eq(self.columns_of(b))
-    }
-
-    /// What a reading has in the columns that stand in the model lines.
-    pub(super) fn columns_of(&self, reading: &Reading) -> impl Iterator<Item = Option<f64>> {
-        self.sensors.iter().flat_map(|sensor| &sensor.slots).filter_map(|slot| match slot {
-            Slot::Column(k) => Some(reading.columns.get(*k).copied().flatten()),
-            _ => None,
-        })
     }
 
     /// Sum up every sensor of this smoothness over the reading's instants: one at a time, or where there are several four at a time by the widest
@@ -433,9 +420,7 @@ impl<const L: usize> Sums<L> {
                 Slot::Column(_) => {}
             }
         }
-        let by_rate = (by_rate, &at.rate_by_tilt, &at.rate_by_joint);
-        let by_force = (by_force, &at.force_by_tilt, &at.force_by_joint);
-        for ([sum, size], by_tilt, by_joint) in [by_rate, by_force] {
+        for ([sum, size], Field { by_tilt, by_joint, .. }) in [by_rate, by_force].into_iter().zip(&at.fields) {
             if size == [[0.0; L]; 3] {
                 continue;
             }

@@ -2,16 +2,16 @@
 
 use super::Fit;
 use super::step::Step;
-use crate::campaign::{Campaign, JointState, Parameter, Role};
-use crate::design::{DesignMatrix, RowOrigin};
-use crate::elements::Elements;
+use crate::campaign::Campaign;
+use crate::design::{self, DesignMatrix, RowOrigin};
+use crate::elements::{Elements, OrNan};
 use crate::estimate::Group;
 use crate::mix::Mix;
 use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
 use crate::uncertainty::quantiles;
 use std::cmp::Ordering;
 use std::collections::HashMap;
-use std::hash::{BuildHasher, BuildHasherDefault};
+use std::hash::BuildHasherDefault;
 
 /// Results of the checks; each is `None` where the readings do not allow it.
 #[derive(Debug, Clone, Default)]
@@ -84,7 +84,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let each = 1.0 - checks.significance;
     checks.follows.retain(|found| found.test.is_rejected(each));
     if step.robust.is_none() && !silent && scattered.is_none() {
-        let cells = cells(campaign, design, system.observed.len());
+        let (cells, _) = cells(campaign, design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, each);
     }
     if step.robust.is_some() {
@@ -139,12 +139,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
 
 /// Priors against the readings: `w = v/(u sqrt(r))` as for a reading (W. Baarda 1968), at his level of a single one.
 fn contradicted(campaign: &Campaign, design: &DesignMatrix, step: &Step) -> Vec<(usize, f64, f64)> {
-    let has_prior = |(k, parameter): (usize, &Parameter)| match parameter.role {
-        Role::Estimated { prior: Some(_), .. } => Some(k),
-        _ => None,
-    };
-    let unknowns = campaign.estimated().iter().enumerate().filter_map(has_prior);
-    let judged = unknowns.zip(design.rows.len()..).filter_map(|(k, row)| {
+    let judged = campaign.priors().zip(design.rows.len()..).filter_map(|((k, ..), row)| {
         let (v, r) = (step.estimate.residuals.get(row)?, step.estimate.redundancy.get(row)?);
         let w = v / (step.system.u.at(row) * r.sqrt());
         let p = 2.0 * quantiles::normal_survival(w.abs())?;
@@ -203,103 +198,24 @@ pub(crate) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize)
     positions
 }
 
-/// The cell of each row: rows of one cell have the same sensor, joint states and columns that the model line uses. A prior is alone.
-pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
-    let used: Vec<Vec<usize>> = (0..campaign.bench.sensors.len()).map(|sensor| used_by(campaign, sensor)).collect();
-    // the hash of a cell's key, its number and its first row: of many readings, keys would be as large as the design
-    let mut numbers: HashMap<u64, (usize, &RowOrigin), BuildHasherDefault<Mix>> = HashMap::default();
-    let mut cells = Vec::with_capacity(rows);
-    let (mut key, mut other) = (Vec::new(), Vec::new());
-    for origin in &design.rows {
-        write_key(campaign, used.at(origin.sensor), origin, &mut key);
-        let mut hash = BuildHasherDefault::<Mix>::default().hash_one(&key);
-        let cell = loop {
-            let next = numbers.len();
-            match numbers.get(&hash) {
-                None => {
-                    numbers.insert(hash, (next, origin));
-                    break next;
-                }
-                Some((cell, first)) => {
-                    write_key(campaign, used.at(first.sensor), first, &mut other);
-                    if key == other {
-                        break *cell;
-                    }
-                    // two keys of one hash
-                    hash = hash.wrapping_add(1);
-                }
-            }
-        };
-        cells.push(cell);
-    }
-    let mut next = numbers.len();
-    while cells.len() < rows {
-        cells.push(next);
-        next += 1;
-    }
-    cells
+/// The cell of each of so many rows, and how many cells there are; a prior is alone.
+pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> (Vec<usize>, usize) {
+    let mut cells: Vec<usize> = design::cells(campaign, &design.rows).into_iter().map(|(cell, _)| cell).collect();
+    let count = cells.iter().max().map_or(0, |most| most + 1) + rows.saturating_sub(cells.len());
+    cells.extend(count - rows.saturating_sub(cells.len())..count);
+    (cells, count)
 }
 
-/// What tells the cell of a row: equal keys, one cell.
-pub(crate) fn cell_key(campaign: &Campaign, origin: &RowOrigin) -> Vec<u64> {
-    let mut key = Vec::new();
-    write_key(campaign, &used_by(campaign, origin.sensor), origin, &mut key);
-    key
-}
-
-/// Columns that a sensor's line uses.
-pub(super) fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
-    // rows are of sensors that the bench has
-    let names = campaign.bench.sensors.get(sensor).map(|own| own.model.names()).unwrap_or_default();
-    let columns = campaign.readings.columns.iter().enumerate();
-    columns.filter(|(_, column)| names.contains(&column.as_str())).map(|(k, _)| k).collect()
-}
-
-fn write_key(campaign: &Campaign, used: &[usize], origin: &RowOrigin, key: &mut Vec<u64>) {
-    key.clear();
-    key.push(origin.sensor as u64);
-    let Some(reading) = campaign.readings.rows.get(origin.reading) else { return };
-    key.extend(reading.joints.iter().flat_map(JointState::bits));
-    for k in used {
-        // readings that both lack it are alike in it
-        let value = reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN);
-        key.push((value + 0.0).to_bits());
-    }
-}
-
-/// The rows of a sensor whose readings cannot all be the same: more of them than there are unknowns in its line, at inputs for which the line is not the same.
-#[derive(Debug, Clone)]
-pub(crate) struct Channel {
-    /// The sensor, by its index in the bench.
-    pub sensor: usize,
-    /// Its rows of the design.
-    pub rows: Vec<usize>,
-}
-
-impl Channel {
-    /// The channels of a design with `unknowns` columns of unknowns.
-    pub(crate) fn of(design: &DesignMatrix, unknowns: usize, sensors: usize) -> Vec<Channel> {
-        let at = |i: usize, j: usize| if j < unknowns { design.jacobian[(i, j)] } else { design.predicted.at(i) };
-        (0..sensors).filter_map(|sensor| Channel::among(sensor, &design.rows, unknowns, at)).collect()
-    }
-
-    /// A sensor's channel; `at` has the columns of the unknowns, and behind them the prediction.
-    pub(crate) fn among(
-        sensor: usize,
-        rows: &[RowOrigin],
-        unknowns: usize,
-        at: impl Fn(usize, usize) -> f64,
-    ) -> Option<Channel> {
-        let rows: Vec<usize> =
-            rows.iter().enumerate().filter(|(_, own)| own.sensor == sensor).map(|(i, _)| i).collect();
-        changes(&rows, unknowns, at).then_some(Channel { sensor, rows })
-    }
-
-    /// The value that all its readings have, where that is one and the fit leaves nothing of it.
-    pub(crate) fn stuck(&self, value: impl Fn(usize) -> f64, residual: impl Fn(usize) -> f64) -> Option<f64> {
-        let own = same(self.rows.iter().map(|row| value(*row)))?;
-        is_all(own, self.rows.iter().map(|row| residual(*row))).then_some(own)
-    }
+/// The value that all of a sensor's readings have, in these rows of a design, where the fit leaves nothing of it though they cannot all be the same; `at` has the columns
+/// of the unknowns, and behind them the prediction.
+pub(crate) fn stuck(
+    rows: &[usize],
+    (value, residual): (impl Fn(usize) -> f64, impl Fn(usize) -> f64),
+    unknowns: usize,
+    at: impl Fn(usize, usize) -> f64,
+) -> Option<f64> {
+    let own = same(rows.iter().map(|row| value(*row)))?;
+    (is_all(own, rows.iter().map(|row| residual(*row))) && changes(rows, unknowns, at)).then_some(own)
 }
 
 /// Do readings in these rows say more than one thing: are they more than the unknowns that they have a part in, and not all alike?
@@ -327,27 +243,20 @@ impl Fit {
     /// Sensors (with the value) whose readings are all the same to the last digit and are met to rounding, though their line is not the same for all: a
     /// channel that is stuck, or a resolution that shows nothing.
     pub fn stuck(&self) -> Vec<(&str, f64)> {
+        let Fit { campaign, design, estimate, .. } = self;
         let value = |row: usize| {
-            let origin = self.design.rows.get(row)?;
-            let reading = self.campaign.readings.rows.get(origin.reading)?;
+            let origin = design.rows.get(row)?;
+            let reading = campaign.readings.rows.get(origin.reading)?;
             reading.observations.iter().find(|own| own.sensor == origin.sensor).map(|own| own.value)
         };
-        let of = |sensor: usize| self.design.rows.iter().enumerate().filter(move |(_, own)| own.sensor == sensor);
-        let sensors = 0..self.campaign.bench.sensors.len();
-        // what reads more than one value is not looked at further
-        let candidates: Vec<usize> =
-            sensors.filter(|s| same(of(*s).filter_map(|(row, _)| value(row))).is_some()).collect();
-        if candidates.is_empty() {
-            return Vec::new();
-        }
-        let channels = Channel::of(&self.design, self.campaign.unknowns(), self.campaign.bench.sensors.len());
-        let found = channels.iter().filter(|own| candidates.contains(&own.sensor));
-        found
-            .filter_map(|own| {
-                let residual = |row: usize| self.estimate.residuals.get(row).copied().unwrap_or(f64::NAN);
-                let value = own.stuck(|row| value(row).unwrap_or(f64::NAN), residual)?;
-                Some((self.campaign.sensor_id(own.sensor), value))
-            })
-            .collect()
+        let (value, residual) = (|row| value(row).unwrap_or(f64::NAN), |row| estimate.residuals.or_nan(row));
+        let n = campaign.unknowns();
+        let at = |i: usize, j: usize| if j < n { design.jacobian[(i, j)] } else { design.predicted.at(i) };
+        let of = |sensor: usize| {
+            let rows = design.rows.iter().enumerate().filter(|(_, own)| own.sensor == sensor);
+            let rows: Vec<usize> = rows.map(|(row, _)| row).collect();
+            Some((campaign.sensor_id(sensor), stuck(&rows, (value, residual), n, at)?))
+        };
+        (0..campaign.bench.sensors.len()).filter_map(of).collect()
     }
 }

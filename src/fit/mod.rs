@@ -29,14 +29,14 @@ pub mod streamed;
 mod system;
 
 pub use azimuth::{Sector, sector};
-pub(crate) use checks::{Channel, Checks, cell_key, cells, changes, is_all, positions, same};
+pub(crate) use checks::{Checks, cells, changes, is_all, positions, same, stuck};
 pub(crate) use conditional::{Circle, Conditional};
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::Stop;
 pub(crate) use gauss_newton::{Convergence, INVISIBLE, Iteration, NEGLIGIBLE};
 pub(crate) use names::NamedCombination;
 pub(crate) use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
-pub(crate) use parameters::{CombinationResult, DerivedResult};
+pub(crate) use parameters::{CombinationResult, DerivedResult, SAME, moved};
 pub use parameters::{ParameterResult, State};
 pub use propagate::draw;
 pub(crate) use propagate::{Drawn, MOST_TRIALS};

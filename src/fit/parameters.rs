@@ -91,7 +91,7 @@ pub struct CombinationResult {
 }
 
 /// A quantity does not change along a free direction where its terms cancel to this share,
-const SAME: f64 = 1e-8;
+pub(crate) const SAME: f64 = 1e-8;
 /// or to this one along a direction that the exact model ends beyond the first order.
 const NEARLY_SAME: f64 = 1e-2;
 
@@ -100,7 +100,7 @@ const NEARLY_SAME: f64 = 1e-2;
 const BESIDE: f64 = 1e-3;
 
 /// The change of a quantity along a direction, and the sum of its terms.
-fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
+pub(crate) fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
     let terms = || terms.iter().map(|(k, e)| along.at(*k) * e);
     (terms().sum::<f64>().abs(), terms().map(f64::abs).sum())
 }

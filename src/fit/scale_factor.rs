@@ -16,7 +16,7 @@ use super::Fit;
 use super::scatter::{own_noise, scatter_lines};
 use crate::bench::Sensor;
 use crate::campaign::{Campaign, JointState, ScaleFactor};
-use crate::design::{Instant, Kinematics, kinematics};
+use crate::design::{Instant, Kinematics, kinematics, used_by};
 use crate::elements::{Elements, OrNan};
 use crate::language::{Sentence, sentence};
 use crate::uncertainty::{Combined, Contribution, Evaluation, combine_groups, quantiles};
@@ -178,7 +178,7 @@ fn series(fit: &Fit, s: usize, sensor: &Sensor) -> Option<Series> {
     let names: Vec<&str> = campaign.bench.joints().collect();
     let mut numbers: HashMap<Vec<u64>, usize> = HashMap::new();
     let mut all: Vec<Series> = Vec::new();
-    let used = super::checks::used_by(campaign, s);
+    let used = used_by(campaign, s);
     for (row, origin) in design.rows.iter().enumerate().filter(|(_, origin)| origin.sensor == s) {
         let Some(reading) = campaign.readings.rows.get(origin.reading) else { continue };
         let Some(observed) = reading.observations.iter().find(|own| own.sensor == s) else { continue };

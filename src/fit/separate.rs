@@ -1,7 +1,7 @@
 //! What is not estimable, by name, and which further position would separate it.
 
 use super::names::{NamedCombination, describe};
-use crate::campaign::{Campaign, JointState, Reading, Readings, Role};
+use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::design::{DesignMatrix, Model};
 use crate::elements::{Elements, Parts};
 use crate::estimate::{self, Estimate, ScaleHints, System};
@@ -157,10 +157,7 @@ impl<'a> Search<'a> {
 /// The rank of a design's rows and the campaign's priors, with one more row if it has any entry.
 fn rank_with(campaign: &Campaign, design: &DesignMatrix, row: &[f64]) -> Option<usize> {
     let unknowns = campaign.unknowns();
-    let has_prior = |k: &usize| {
-        campaign.parameters.get(*k).is_some_and(|own| matches!(own.role, Role::Estimated { prior: Some(_), .. }))
-    };
-    let priors: Vec<usize> = (0..unknowns).filter(has_prior).collect();
+    let priors: Vec<usize> = campaign.priors().map(|(k, ..)| k).collect();
     let readings = design.jacobian.nrows();
     let count = readings + priors.len() + usize::from(!row.is_empty());
     let rows = Mat::from_fn(count, unknowns, |i, j| match i.checked_sub(readings) {

@@ -42,11 +42,36 @@ impl RunsTest {
 /// assert!((test.p - 4.0 / 252.0).abs() < 1e-12); // two such orders of 252, and two with two runs
 /// ```
 pub fn runs(residuals: &[f64]) -> Option<RunsTest> {
-    let signs: Vec<bool> = residuals.iter().filter(|v| **v != 0.0 && v.is_finite()).map(|v| *v > 0.0).collect();
-    let positive = signs.iter().filter(|s| **s).count();
-    let negative = signs.len() - positive;
-    let runs = 1 + signs.windows(2).filter(|pair| pair.first() != pair.last()).count();
-    runs_of(positive, negative, runs)
+    let mut signs = Signs::default();
+    residuals.iter().for_each(|v| signs.take(*v));
+    signs.test()
+}
+
+/// Signs of residuals as they come, and in how many runs; zeros have none.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Signs {
+    pub positive: usize,
+    pub negative: usize,
+    pub runs: usize,
+    last: Option<bool>,
+}
+
+impl Signs {
+    /// One more residual.
+    pub(crate) fn take(&mut self, v: f64) {
+        if v == 0.0 || !v.is_finite() {
+            return;
+        }
+        let sign = v > 0.0;
+        *(if sign { &mut self.positive } else { &mut self.negative }) += 1;
+        self.runs += usize::from(self.last != Some(sign));
+        self.last = Some(sign);
+    }
+
+    /// The runs test.
+    pub(crate) fn test(&self) -> Option<RunsTest> {
+        runs_of(self.positive, self.negative, self.runs)
+    }
 }
 
 /// The runs test of so many residuals of either sign in so many runs. `None` with fewer than eight residuals, or all of one sign.

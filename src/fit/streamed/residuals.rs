@@ -7,7 +7,7 @@ use crate::elements::{Elements, Parts};
 use crate::estimate::Sum;
 use crate::linear::dot;
 use crate::number;
-use crate::quality::{RunsTest, runs_of};
+use crate::quality::{RunsTest, Signs};
 use crate::uncertainty::quantiles;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -138,9 +138,7 @@ pub struct Bin {
 pub(super) struct Residuals {
     rows: u64,
     powers: [Sum; 4],
-    signs: [usize; 2],
-    runs: usize,
-    last: Option<bool>,
+    signs: Signs,
     /// The last [`LONGEST`] of them.
     recent: Vec<f64>,
     products: [Sum; LAGS],
@@ -153,9 +151,7 @@ impl Residuals {
         Residuals {
             rows: 0,
             powers: [Sum::default(); 4],
-            signs: [0; 2],
-            runs: 0,
-            last: None,
+            signs: Signs::default(),
             recent: vec![0.0; LONGEST],
             products: [Sum::default(); LAGS],
             octaves: Octaves::default(),
@@ -166,13 +162,7 @@ impl Residuals {
     /// Takes the residuals `w` of independent rows, in standard deviations of them, with the rows' numbers, values and residuals in the sensor's unit.
     pub(super) fn take(&mut self, numbers: &[u64], values: &[f64], residuals: &[f64], w: &[f64]) {
         for (k, w) in w.iter().enumerate() {
-            if *w != 0.0 {
-                let sign = *w > 0.0;
-                let [negative, positive] = &mut self.signs;
-                *(if sign { positive } else { negative }) += 1;
-                self.runs += usize::from(self.last != Some(sign));
-                self.last = Some(sign);
-            }
+            self.signs.take(*w);
             self.octaves.push(*w);
             let least = self.largest.last().filter(|_| self.largest.len() >= KEPT).map_or(0.0, |far| far.w.abs());
             if w.abs() > least {
@@ -235,10 +225,7 @@ impl Residuals {
             lags_p: (!lags.is_empty()).then(|| quantiles::chi_square_survival(squares, lags.len() as f64)).flatten(),
             lags,
             means,
-            runs: {
-                let [negative, positive] = self.signs;
-                runs_of(positive, negative, self.runs)
-            },
+            runs: self.signs.test(),
             largest: self.largest,
         }
     }
