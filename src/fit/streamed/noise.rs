@@ -19,7 +19,6 @@ use crate::estimate::{
 };
 use crate::fit::Estimator;
 use crate::fit::gauss_newton::{Convergence, Iteration, Stop};
-use crate::number;
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
