@@ -56,7 +56,6 @@ pub struct NavigateReport {
 
 /// Periods of the error equations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct PeriodsReport {
     /// Schuler's oscillation, min.
     pub schuler_min: f64,
@@ -78,7 +77,6 @@ impl PeriodsReport {
 
 /// A scenario.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ScenarioReport {
     /// Its name.
     pub id: String,
@@ -88,7 +86,6 @@ pub struct ScenarioReport {
 
 /// A value with its unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct QuantityWithUnit {
     /// Value, in `unit`.
     pub value: f64,
@@ -98,7 +95,6 @@ pub struct QuantityWithUnit {
 
 /// One scenario in one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ResultReport {
     /// The motion.
     pub motion: String,
@@ -120,7 +116,6 @@ pub struct ResultReport {
 
 /// A quantity over all rows of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SummaryReport {
     /// At the last row, in the unit of its key.
     pub last: Option<f64>,
@@ -132,7 +127,6 @@ pub struct SummaryReport {
 
 /// A navigation error, or the standard uncertainty of one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ErrorReport {
     /// `phi` about east, north, up, arcsec.
     pub phi_arcsec: [Option<f64>; 3],
@@ -144,7 +138,6 @@ pub struct ErrorReport {
 
 /// A covariance carried along one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CarriedReport {
     /// The motion.
     pub motion: String,
