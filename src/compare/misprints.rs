@@ -9,7 +9,6 @@ use crate::language::{Sentence, sentence};
 /// A disagreement between print and computation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "MisprintReport")]
-#[non_exhaustive]
 pub struct Misprint {
     /// What is misprinted.
     pub what: Sentence,

@@ -450,12 +450,11 @@ impl Guide {
     fn clock(&self, before: Option<&Reading>, reading: &Reading) -> Vec<Sentence> {
         let column = self.campaign.readings.columns.iter().position(|name| name == "time_s");
         let time = |reading: &Reading| reading.columns.get(column?).copied().flatten();
-        match before.and_then(time).zip(time(reading)) {
-            Some((before, now)) if now < before => {
-                vec![sentence!("guide-time-goes-back", before = before.to_string(), now = now.to_string())]
-            }
-            _ => Vec::new(),
-        }
+        let back = before.and_then(time).zip(time(reading)).filter(|(before, now)| now < before);
+        let said = |(before, now): (f64, f64)| {
+            sentence!("guide-time-goes-back", before = before.to_string(), now = now.to_string())
+        };
+        back.map(said).into_iter().collect()
     }
 
     fn progress(&self, fit: Option<&Fit>, diagnosis: Option<&Diagnosis>) -> Vec<Progress> {

@@ -33,7 +33,6 @@ pub struct ChangesReport {
 
 /// A calibration that was compared.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CalibratedReport {
     /// Its file.
     pub file: String,
@@ -96,18 +95,11 @@ impl ChangesReport {
 /// What the reports say of themselves that two calibrations of one unit, one after the other, would not.
 fn doubts(report: &ChangesReport, lang: Language) -> Vec<String> {
     let (before, after) = (&report.before, &report.after);
-    let mut found = Vec::new();
-    if let (Some(first), Some(second)) = (&before.serial, &after.serial)
-        && first != second
-    {
-        found.push(say!(lang, "reports-are-of-two-units", first, second));
-    }
-    if let (Some(first), Some(second)) = (&before.date, &after.date)
-        && first > second
-    {
-        found.push(say!(lang, "first-report-is-the-later-one", first, second));
-    }
-    found
+    let units = before.serial.as_ref().zip(after.serial.as_ref()).filter(|(first, second)| first != second);
+    let dates = before.date.as_ref().zip(after.date.as_ref()).filter(|(first, second)| first > second);
+    let units = units.map(|(first, second)| say!(lang, "reports-are-of-two-units", first, second));
+    let dates = dates.map(|(first, second)| say!(lang, "first-report-is-the-later-one", first, second));
+    units.into_iter().chain(dates).collect()
 }
 
 /// What `tumble compare A B C ... --json` writes.
@@ -129,7 +121,6 @@ pub struct HistoryReport {
 
 /// A quantity over time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct TrendReport {
     /// Its name.
     pub id: String,

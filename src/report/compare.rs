@@ -67,7 +67,6 @@ impl CompareReport {
 
 /// One group of readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct GroupReport {
     /// The rate or run, in the unit of its column; null for all readings.
     pub group: Option<f64>,
@@ -79,7 +78,6 @@ pub struct GroupReport {
 
 /// One quantity of a group.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct QuantityReport {
     /// Name.
     pub id: String,

@@ -82,7 +82,6 @@ pub struct DiagnoseReport {
 
 /// An effect that is suspected.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SuspectReport {
     /// The appended term without its coefficient.
     pub regressor: String,
@@ -96,7 +95,6 @@ pub struct SuspectReport {
 
 /// A constraint of the campaign in a diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct AssertedReport {
     /// Number in the file, from 1.
     pub index: usize,
@@ -164,7 +162,6 @@ fn suspect(campaign: &Campaign, suspected: &Suspect) -> SuspectReport {
 
 /// A missing effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct EffectReport {
     /// The appended term without its coefficient.
     pub regressor: String,
@@ -223,7 +220,6 @@ pub struct EffectReport {
 
 /// The size of an effect in one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SensorSizeReport {
     /// The sensor.
     pub sensor: String,
@@ -245,7 +241,6 @@ pub struct SensorSizeReport {
 
 /// A parameter before and after the repair.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ChangeReport {
     /// Name.
     pub id: String,
@@ -383,7 +378,6 @@ fn change(change: &Change) -> ChangeReport {
 
 /// The gap before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct GapsReport {
     /// With the model as given.
     pub before: Gap,
@@ -397,7 +391,6 @@ pub struct GapsReport {
 
 /// The gap of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SensorGapReport {
     /// Its unit.
     pub unit: String,
@@ -417,7 +410,6 @@ pub struct SensorGapReport {
 
 /// A reading's residual before and after.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ResidualReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -431,11 +423,6 @@ pub struct ResidualReport {
     pub after: f64,
     /// Standard deviation of the reading by the noise floor, in the sensor's unit; null where it is unknown.
     pub sd: Option<f64>,
-}
-
-/// Is there a noise floor? Without a degree of freedom, and no stated uncertainty, there is none.
-fn noise_is_known(diagnosis: &Diagnosis) -> bool {
-    diagnosis.noise.sd.is_some()
 }
 
 fn sensors(campaign: &Campaign, diagnosis: &Diagnosis) -> BTreeMap<String, SensorGapReport> {
@@ -461,7 +448,8 @@ fn sensors(campaign: &Campaign, diagnosis: &Diagnosis) -> BTreeMap<String, Senso
             rms_after: rms(after, &diagnosis.gap_after),
             max_before: max(&diagnosis.gap_before),
             max_after: max(&diagnosis.gap_after),
-            sd: noise_is_known(diagnosis).then(|| (variance / rows.len() as f64).sqrt()),
+            // without a degree of freedom, and no stated uncertainty, there is no noise floor
+            sd: diagnosis.noise.sd.is_some().then(|| (variance / rows.len() as f64).sqrt()),
         };
         sensors.insert(sensor.id.clone(), report);
     }
@@ -477,7 +465,7 @@ fn residuals(campaign: &Campaign, diagnosis: &Diagnosis) -> Vec<ResidualReport> 
             sensor: campaign.sensor_id(origin.sensor).to_string(),
             before: *before,
             after: *after,
-            sd: diagnosis.row_sd.get(i).copied().filter(|sd| sd.is_finite() && noise_is_known(diagnosis)),
+            sd: diagnosis.row_sd.get(i).copied().filter(|sd| sd.is_finite() && diagnosis.noise.sd.is_some()),
         })
         .collect()
 }

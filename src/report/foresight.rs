@@ -12,7 +12,6 @@ use std::collections::BTreeMap;
 
 /// What a diagnosis could find on a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ForesightReport {
     /// The rule behind every smallest size.
     pub rule: Rule,
@@ -26,7 +25,6 @@ pub struct ForesightReport {
 
 /// One effect on a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ProspectReport {
     /// The term without its coefficient.
     pub regressor: String,
@@ -62,7 +60,6 @@ pub struct ProspectReport {
 
 /// The parameter that an effect of the smallest size shifts most.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct MovesReport {
     /// The parameter.
     pub parameter: String,
@@ -72,7 +69,6 @@ pub struct MovesReport {
 
 /// Effects that cannot be distinguished.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct AlikeReport {
     /// Regressors, the plainest first.
     pub members: Vec<String>,
@@ -84,7 +80,6 @@ pub struct AlikeReport {
 
 /// A group that is nearly alike.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct NearReport {
     /// First regressor of the other group.
     pub regressor: String,

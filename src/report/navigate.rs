@@ -56,7 +56,6 @@ pub struct NavigateReport {
 
 /// Periods of the error equations.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct PeriodsReport {
     /// Schuler's oscillation, min.
     pub schuler_min: f64,
@@ -78,7 +77,6 @@ impl PeriodsReport {
 
 /// A scenario.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ScenarioReport {
     /// Its name.
     pub id: String,
@@ -88,7 +86,6 @@ pub struct ScenarioReport {
 
 /// A value with its unit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct QuantityWithUnit {
     /// Value, in `unit`.
     pub value: f64,
@@ -98,7 +95,6 @@ pub struct QuantityWithUnit {
 
 /// One scenario in one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ResultReport {
     /// The motion.
     pub motion: String,
@@ -120,7 +116,6 @@ pub struct ResultReport {
 
 /// A quantity over all rows of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SummaryReport {
     /// At the last row, in the unit of its key.
     pub last: Option<f64>,
@@ -132,7 +127,6 @@ pub struct SummaryReport {
 
 /// A navigation error, or the standard uncertainty of one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ErrorReport {
     /// `phi` about east, north, up, arcsec.
     pub phi_arcsec: [Option<f64>; 3],
@@ -144,7 +138,6 @@ pub struct ErrorReport {
 
 /// A covariance carried along one motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CarriedReport {
     /// The motion.
     pub motion: String,
@@ -394,64 +387,59 @@ fn number(value: Option<f64>) -> Cell {
     Cell::digits(value, 4)
 }
 
-/// A row of sizes under names: tilt, azimuth, velocity, position, and the position at the end.
-type Sizes<'a> = ([&'a str; 2], [Option<f64>; 5]);
-
-/// A table of sizes under names.
-fn sizes<'a>(names: [&str; 2], units: bool, rows: &'a [Sizes<'a>], lang: Language) -> Rows<&'a Sizes<'a>> {
-    let table = Rows::of(rows).left(names[0], |(names, _)| names[0]).left(names[1], |(names, _)| names[1]);
+/// The columns of sizes: tilt, azimuth, velocity and position.
+fn sizes<T: Copy>(table: Rows<T>, units: bool, of: impl Fn(T) -> [Option<f64>; 4], lang: Language) -> Rows<T> {
     let sizes = [
         (say!(lang, "tilt"), "arcsec"),
         (say!(lang, "azimuth"), "arcsec"),
         (say!(lang, "velocity"), "m/s"),
         (say!(lang, "position"), "m"),
     ];
-    let column = |table: Rows<&'a Sizes<'a>>, (k, (what, unit)): (usize, (&str, &str))| {
+    let column = |table: Rows<T>, (k, (what, unit)): (usize, (&str, &str))| {
         let title = if units { format!("{what} {}", lang.in_parentheses(unit)) } else { what.to_string() };
-        table.decimal(title, |(_, sizes)| number(sizes.get(k).copied().flatten()))
+        table.decimal(title, |row| number(of(row).get(k).copied().flatten()))
     };
     sizes.into_iter().enumerate().fold(table, column)
 }
 
 fn root_mean_squares(report: &NavigateReport, lang: Language) -> Section {
-    let mut rows: Vec<Sizes<'_>> = Vec::new();
-    for r in &report.results {
-        let position = r.position_m;
-        let sizes = [r.tilt_arcsec.rms, r.azimuth_arcsec.rms, r.velocity_m_s.rms, position.rms, position.last];
-        rows.push(([&r.motion, &r.scenario], sizes));
-    }
-    let table = sizes([say!(lang, "motion"), say!(lang, "scenario")], true, &rows, lang)
-        .decimal(say!(lang, "position-at-the-end-m"), |(_, [.., last])| number(*last));
+    let table = Rows::of(&report.results)
+        .left(say!(lang, "motion"), |r| &r.motion)
+        .left(say!(lang, "scenario"), |r| &r.scenario);
+    let rms = |r: &ResultReport| [r.tilt_arcsec.rms, r.azimuth_arcsec.rms, r.velocity_m_s.rms, r.position_m.rms];
+    let table =
+        sizes(table, true, rms, lang).decimal(say!(lang, "position-at-the-end-m"), |r| number(r.position_m.last));
     let perfect = report.results.iter().any(|r| r.scenario == PERFECT);
     let note = if perfect { say!(lang, "perfect-unit-a-perfect-unit-the-navigators") } else { "" };
     Section::new(say!(lang, "root-mean-square-errors")).table(table).prose(note)
 }
 
 fn ratios(report: &NavigateReport, lang: Language) -> Section {
-    let motions: Vec<String> = report.ratios.iter().map(|r| format!("{} / {}", r.motion, r.against)).collect();
-    let mut rows: Vec<Sizes<'_>> = Vec::new();
-    for (r, motions) in report.ratios.iter().zip(&motions) {
-        rows.push(([&r.scenario, motions], [r.tilt, r.azimuth, r.velocity, r.position, None]));
-    }
-    let note = if rows.is_empty() { "" } else { say!(lang, "ratios-of-root-mean-squares-where-the") };
-    let table = sizes([say!(lang, "scenario"), say!(lang, "motion")], false, &rows, lang);
+    let table = Rows::of(&report.ratios)
+        .left(say!(lang, "scenario"), |r| &r.scenario)
+        .left(say!(lang, "motion"), |r| format!("{} / {}", r.motion, r.against));
+    let table = sizes(table, false, |r| [r.tilt, r.azimuth, r.velocity, r.position], lang);
+    let note = if report.ratios.is_empty() { "" } else { say!(lang, "ratios-of-root-mean-squares-where-the") };
     Section::new(say!(lang, "against-the-first-motion")).table(table).prose(note)
 }
 
 /// Standard uncertainties at the end, by linear covariance and by Monte Carlo.
 fn carried(report: &NavigateReport, lang: Language) -> Section {
     let both = |parts: [Option<f64>; 2]| Some(parts[0]?.hypot(parts[1]?));
-    let draws: Vec<String> =
-        report.carried.iter().map(|c| say!(lang, "monte-carlo-draws", draws = c.draws.to_string())).collect();
-    let mut rows: Vec<Sizes<'_>> = Vec::new();
-    for (carried, draws) in report.carried.iter().zip(&draws) {
-        let ways = [(say!(lang, "linear-covariance"), carried.linear), (draws.as_str(), carried.monte_carlo)];
-        for (by, u) in ways.into_iter().filter_map(|(by, u)| Some((by, u?))) {
-            let [east, north, up] = u.phi_arcsec;
-            let sizes = [both([east, north]), up, both(u.velocity_m_s), both(u.position_m), None];
-            rows.push(([&carried.motion, by], sizes));
-        }
-    }
-    let table = sizes([say!(lang, "motion"), say!(lang, "carried-by")], true, &rows, lang);
-    Section::new(say!(lang, "what-the-calibrations-uncertainty-does")).table(table)
+    let rows = report.carried.iter().flat_map(|carried| {
+        let ways = [(carried.linear, None), (carried.monte_carlo, Some(carried.draws))];
+        ways.into_iter().filter_map(|(u, draws)| Some((&carried.motion, draws, u?)))
+    });
+    let table = Rows::of(rows).left(say!(lang, "motion"), |(motion, ..)| motion).left(
+        say!(lang, "carried-by"),
+        |(_, draws, _): (_, Option<usize>, _)| match draws {
+            None => say!(lang, "linear-covariance").to_string(),
+            Some(draws) => say!(lang, "monte-carlo-draws", draws = draws.to_string()),
+        },
+    );
+    let size =
+        |(_, _, ErrorReport { phi_arcsec: [east, north, up], velocity_m_s, position_m }): (_, _, ErrorReport)| {
+            [both([east, north]), up, both(velocity_m_s), both(position_m)]
+        };
+    Section::new(say!(lang, "what-the-calibrations-uncertainty-does")).table(sizes(table, true, size, lang))
 }

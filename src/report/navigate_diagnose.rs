@@ -89,7 +89,6 @@ pub struct NavigateDiagnoseReport {
 
 /// A run that was measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct RunReport {
     /// Name of the mission's motion.
     pub motion: String,
@@ -99,7 +98,6 @@ pub struct RunReport {
 
 /// An error that the mission misses.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct NavigationEffectReport {
     /// The cause: an error source as mission files name it, such a bias with its change in time (`gyro_bias_x:ramp`,
     /// `gyro_bias_x:wave(3600)`), a random walk
@@ -134,7 +132,6 @@ pub struct NavigationEffectReport {
 
 /// Another error that explains the same.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct NavigationAliasReport {
     /// The error source.
     pub regressor: String,
@@ -156,7 +153,6 @@ pub struct NavigationAliasReport {
 
 /// A motion that would discriminate an error from its aliases.
 #[derive(Debug, Clone, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SeparationReport {
     /// The motion, as a mission file has it.
     pub motion: MotionFile,

@@ -34,7 +34,6 @@ pub struct NoiseAnalysisReport {
 
 /// The noise of one column.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct NoiseColumnReport {
     /// The column's name.
     pub column: String,
@@ -67,7 +66,6 @@ pub struct NoiseColumnReport {
 
 /// A coefficient of IEEE Std 952.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CoefficientReport {
     /// Its letter.
     pub id: Term,
@@ -89,7 +87,6 @@ pub struct CoefficientReport {
 
 /// A line for a campaign's `scatter`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct NoiseScatterReport {
     /// The sensor.
     pub of: String,

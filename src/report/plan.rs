@@ -48,7 +48,6 @@ pub struct PlanReport {
 
 /// An effect that is to be found, as a limit on the uncertainty of its coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct FindReport {
     /// The effect.
     pub effect: String,
@@ -64,7 +63,6 @@ pub struct FindReport {
 
 /// Value of one estimated parameter at which schedules are judged.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct PointReport {
     /// The parameter.
     pub id: String,
@@ -80,7 +78,6 @@ pub struct PointReport {
 
 /// Noise of one sensor.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SensorNoiseReport {
     /// Standard deviation of one reading, in `unit`.
     pub sd: f64,
@@ -92,7 +89,6 @@ pub struct SensorNoiseReport {
 
 /// How well a schedule will do.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct JudgementReport {
     /// Readings, mountings, rate changes, cost.
     pub work: Work,
@@ -131,7 +127,6 @@ pub struct JudgementReport {
 
 /// Correlations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CorrelationReport {
     /// Parameters, in the order of rows and columns.
     pub order: Vec<String>,
@@ -141,7 +136,6 @@ pub struct CorrelationReport {
 
 /// One value of a schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct PlannedReadingReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -175,7 +169,6 @@ vocabulary! {
 
 /// The better schedule.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ImprovedReport {
     /// `D`, `A`, `G`, `c:<quantity>`, `goal` or `T:<effect>|<effect>`.
     pub criterion: String,
@@ -240,7 +233,6 @@ pub struct ImprovedReport {
 
 /// Deviations that chosen positions share.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SharedReport {
     /// The line of scatter: `V per day`.
     pub line: String,
@@ -252,7 +244,6 @@ pub struct SharedReport {
 
 /// Two effects, and how well their coefficients are known with both in the model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct DiscriminationReport {
     /// Regressors.
     pub effects: [String; 2],
@@ -264,7 +255,6 @@ pub struct DiscriminationReport {
 
 /// One position to run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct PlannedPositionReport {
     /// Label of the mounting.
     pub position: String,
@@ -277,7 +267,6 @@ pub struct PlannedPositionReport {
 
 /// One line of the comparison.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ComparisonReport {
     /// Parameter or derived quantity.
     pub id: String,

@@ -311,19 +311,16 @@ fn mountings(positions: &[PlannedPositionReport]) -> Vec<(String, String)> {
     while let Some(first) = remaining.first() {
         // the longest run with this label in which only one key changes
         let mut changing: Option<&str> = None;
-        let mut length = 1;
-        for other in remaining.part(1..) {
+        let belongs = |other: &&PlannedPositionReport| {
             let same_keys =
                 other.at.keys().eq(first.at.keys()) && other.position == first.position && other.levels == first.levels;
-            let different: Vec<&str> =
-                first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str()).collect();
-            match different.as_slice() {
-                [] if same_keys => {}
-                [one] if same_keys && changing.is_none_or(|known| known == *one) => changing = Some(one),
-                _ => break,
-            }
-            length += 1;
-        }
+            let mut different = first.at.iter().filter(|(k, v)| other.at.get(*k) != Some(v)).map(|(k, _)| k.as_str());
+            let one = different.next();
+            let alone = different.next().is_none() && (one.is_none() || changing.is_none() || changing == one);
+            changing = changing.or(one.filter(|_| same_keys && alone));
+            same_keys && alone
+        };
+        let length = 1 + remaining.part(1..).iter().take_while(belongs).count();
         let (run, left) = remaining.split_at(length);
         let part = |(key, value): (&String, &f64)| match changing {
             Some(known) if known == key => {

@@ -58,7 +58,6 @@ pub struct ReduceReport {
 
 /// What the static detector judged by.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct DetectorReport {
     /// Length of a window, s.
     pub window_s: f64,
@@ -73,7 +72,6 @@ pub struct DetectorReport {
 
 /// A segment.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SegmentReport {
     /// Its label; the position of its reading.
     pub position: String,
@@ -92,7 +90,6 @@ pub struct SegmentReport {
 
 /// A mean.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SegmentMeanReport {
     /// The column.
     pub column: String,
@@ -141,7 +138,6 @@ pub struct SegmentMeanReport {
 
 /// A stretch that did not become a reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct RejectedReport {
     /// Its first sample, s.
     pub start_s: f64,

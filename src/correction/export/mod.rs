@@ -10,7 +10,7 @@ mod yaml;
 
 use super::bound::direction_of;
 use super::solve::{CONTRACTING, ROUNDS};
-use super::{CalibratedLine, Calibration, Corrector, InputRole, Quantity};
+use super::{CalibratedLine, Calibration, Corrector, InputRole, LineInput, Quantity};
 use crate::error::{Fault, Malformed, Result};
 use languages::{HEADER, Language, number};
 use nalgebra::{DMatrix, Vector3};
@@ -83,17 +83,11 @@ fn source(
 ) -> Result<String> {
     let prefix = prefix(origin)?;
     // how a language calls each input: the solved ones are elements of q, the others of given
-    let mut counts = [0, 0];
-    let inputs: Vec<String> = calibration
-        .inputs
-        .iter()
-        .map(|input| {
-            let [solved, given] = &mut counts;
-            let (list, count) = if input.role == InputRole::Solved { ("q", solved) } else { ("given", given) };
-            *count += 1;
-            (language.element)(list, *count - 1)
-        })
-        .collect();
+    let named = |(k, input): (usize, &LineInput)| {
+        let before = calibration.inputs.iter().take(k).filter(|other| other.role == input.role).count();
+        (language.element)(if input.role == InputRole::Solved { "q" } else { "given" }, before)
+    };
+    let inputs: Vec<String> = calibration.inputs.iter().enumerate().map(named).collect();
     let mut axes: Vec<(Quantity, Vector3<f64>)> = Vec::new();
     for axis in calibration.lines.iter().flat_map(|line| axes_of(line, calibration)).map(|(_, axis)| axis) {
         if !axes.contains(&axis) {
