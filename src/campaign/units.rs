@@ -108,21 +108,7 @@ impl super::Campaign {
     ///
     /// Errors: those of [`super::Campaign::conversion`].
     pub fn parameter_conversion(&self, parameter: usize, unit: &str) -> Result<Conversion> {
-        let (to, what) =
-            self.parameters.get(parameter).map_or(("", String::new()), |p| (p.unit.as_str(), format!("'{}'", p.id)));
-        self.conversion(unit, to, &what)
-    }
-
-    /// From a unit that a person wrote to that of a sensor, by index.
-    ///
-    /// Errors: those of [`super::Campaign::conversion`].
-    pub fn sensor_conversion(&self, sensor: usize, unit: &str) -> Result<Conversion> {
-        let (to, what) = self
-            .bench
-            .sensors
-            .get(sensor)
-            .map_or(("", String::new()), |s| (s.unit.as_str(), format!("sensor '{}'", s.id)));
-        self.conversion(unit, to, &what)
+        self.conversion(unit, self.parameter_unit(parameter), &format!("'{}'", self.parameter_id(parameter)))
     }
 
     /// Unit of a line of algebra in the parameters, for example of a derived quantity; `None` where one of them has none, or its terms differ.

@@ -164,19 +164,15 @@ fn nanoseconds(seconds: f64) -> Option<i128> {
     UNITS.iter().find(|(size, _)| *size == seconds).map(|(_, each)| *each)
 }
 
-/// Labels that are numbers become these, each looked at once.
+/// Labels that are numbers become these.
 fn mixed(column: &mut [f64], texts: &[String]) {
-    let mut seen: HashMap<u64, f64> = HashMap::new();
     for cell in column.iter_mut().filter(|cell| !cell.is_nan()) {
-        let label = *cell;
-        *cell = *seen.entry(label.to_bits()).or_insert_with(|| {
-            let text = texts.get(crate::number::count(label)).map_or("", |text| text.trim());
-            match super::number::number(text.as_bytes(), b'.') {
-                _ if text.is_empty() => f64::NAN,
-                Some(value) if !value.is_nan() => value,
-                _ => super::text_cell(label),
-            }
-        });
+        let text = texts.get(crate::number::count(*cell)).map_or("", |text| text.trim());
+        *cell = match super::number::number(text.as_bytes(), b'.') {
+            _ if text.is_empty() => f64::NAN,
+            Some(value) if !value.is_nan() => value,
+            _ => super::text_cell(*cell),
+        };
     }
 }
 
@@ -360,7 +356,7 @@ impl Columnar {
                     (kind, Open::Unread(rows, values)) => {
                         let count = (*rows).min(ROWS);
                         *rows -= count;
-                        let label = self.head.labels.number_of(values.as_bytes());
+                        let label = self.head.labels.number(values.as_bytes());
                         to.resize(
                             count,
                             match kind {
@@ -543,7 +539,7 @@ fn labels(reader: &mut ColumnReader, to: &mut Vec<f64>, meaning: Meaning, labels
     let mut label = |key: u64, text: &dyn Fn() -> String, labels: &mut Labels| match last {
         Some((known, number)) if known == key => number,
         _ => {
-            let number = labels.number_of(text().as_bytes());
+            let number = labels.number(text().as_bytes());
             last = Some((key, number));
             number
         }

@@ -82,7 +82,7 @@ impl Pages {
         let values = match &page {
             Page::DictionaryPage { .. } => {
                 self.entries.clear();
-                texts(bytes, count, |text| self.entries.push(labels.number_of(text)))?;
+                texts(bytes, count, |text| self.entries.push(labels.number(text)))?;
                 return Ok(true);
             }
             Page::DataPage { .. } if !self.is_optional => bytes,

@@ -559,7 +559,6 @@ struct Labels {
     texts: Vec<String>,
     /// By their bytes.
     numbers: std::collections::HashMap<Vec<u8>, usize, std::hash::BuildHasherDefault<crate::mix::Mix>>,
-    last: Option<(Vec<u8>, f64)>,
     /// Blanks before and behind each label where it was met first.
     blanks: Vec<[usize; 2]>,
     /// Labels that were met with others.
@@ -589,21 +588,6 @@ impl Labels {
     }
 
     fn number(&mut self, cell: &[u8]) -> f64 {
-        if let Some((text, number)) = &self.last
-            && text == cell
-        {
-            return *number;
-        }
-        let number = self.number_of(cell);
-        let (mut last, _) = self.last.take().unwrap_or_default();
-        last.clear();
-        last.extend_from_slice(cell);
-        self.last = Some((last, number));
-        number
-    }
-
-    /// The same for a text that is hardly that of the row before.
-    fn number_of(&mut self, cell: &[u8]) -> f64 {
         if let Some(number) = self.numbers.get(cell) {
             return *number as f64;
         }

@@ -472,13 +472,11 @@ impl<'a> RecordRows<'a> {
         if let Some((to, time)) = time_slot.and_then(|slot| block.columns.get_mut(slot)).zip(time) {
             to.extend(rows.iter().map(|k| time.at(*k)));
         }
-        let whole = count == self.raw.rows();
         for (read, raw) in self.read.iter().zip(&self.raw.columns) {
-            let converted: Vec<f64> = match (whole, read.slot.is_some() && read.slot == time_slot) {
-                (_, true) => continue,
-                (true, _) => raw.iter().map(|x| read.converted(*x)).collect(),
-                (false, _) => rows.iter().map(|k| read.converted(raw.at(*k))).collect(),
-            };
+            if read.slot.is_some() && read.slot == time_slot {
+                continue;
+            }
+            let converted: Vec<f64> = rows.iter().map(|k| read.converted(raw.at(*k))).collect();
             let target = read.meaning.list(&mut block.sensors, joints, &mut samples);
             if let Some(to) = read.slot.and_then(|slot| block.columns.get_mut(slot)) {
                 over(to, converted.iter().copied());
