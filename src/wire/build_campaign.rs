@@ -1,6 +1,6 @@
 //! A campaign or a schedule in code: the same keys as in its file, one call each.
 
-use super::folder::Texts;
+use super::front::Texts;
 use super::{
     BenchRef, CampaignFile, Cell, ConstraintFile, DerivedFile, KnownEntry, ReadingFile, ReadingsRef, bench_file,
 };

@@ -12,11 +12,9 @@ mod columns;
 mod constraint_file;
 mod correction_file;
 mod effects_file;
-mod folder;
 mod front;
 #[cfg(feature = "navigate")]
 mod imu_errors_file;
-mod kind;
 mod lab;
 mod limits_file;
 mod locate;
@@ -55,8 +53,7 @@ pub use correction_file::CorrectionFile;
 pub(crate) use correction_file::InputFile;
 pub(crate) use effects_file::EffectsFile;
 pub use effects_file::{built_in_effects, read_effects};
-pub use folder::Folder;
-pub use front::{bench_ref, fit_rows_beside, read_campaign_beside};
+pub use front::{Folder, bench_ref, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub(crate) use imu_errors_file::ErrorsFile;
 pub use lab::read_lab;
@@ -162,7 +159,7 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, &mut folder::Texts(fetch))
+    campaign_from(campaign_of(source)?, source, &mut front::Texts(fetch))
 }
 
 /// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.
@@ -172,7 +169,7 @@ pub(crate) fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Resu
 
 /// Parse a campaign file without looking at the bench and the readings that it refers to.
 pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
-    parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))
+    parse(source).map_err(|error| schema::no_campaign(source).unwrap_or(error))
 }
 
 /// The campaign of a file that was parsed, with everything that it refers to.
