@@ -5,18 +5,16 @@
 //! refers to (a bench file, a CSV of readings).
 
 mod bench_file;
-mod build_bench;
-mod build_campaign;
+mod bounds_file;
+mod build;
 mod campaign_file;
 mod columns;
-mod constraint_file;
 mod correction_file;
 mod effects_file;
 mod front;
 #[cfg(feature = "navigate")]
 mod imu_errors_file;
 mod lab;
-mod limits_file;
 mod locate;
 #[cfg(feature = "navigate")]
 mod measured_file;
@@ -42,13 +40,12 @@ use crate::elements::Parts;
 pub use crate::record::ClockFrom;
 pub use bench_file::BenchFile;
 pub(crate) use bench_file::{DerivedFile, DirectionFile, LinkFile, SensorFile};
-pub use build_bench::{BenchBuilder, SensorBuilder};
-pub use build_campaign::{CampaignBuilder, ReadingBuilder};
+pub(crate) use bounds_file::{ConstraintFile, LimitFile};
+pub use build::{BenchBuilder, CampaignBuilder, ReadingBuilder, SensorBuilder};
 pub use campaign_file::{BenchRef, CampaignFile, ReadingsRef};
 pub(crate) use campaign_file::{CovarianceFile, KnownEntry};
 #[cfg(feature = "cli")]
 pub(crate) use columns::{key_unit, of_title};
-pub(crate) use constraint_file::ConstraintFile;
 pub use correction_file::CorrectionFile;
 pub(crate) use correction_file::InputFile;
 pub(crate) use effects_file::EffectsFile;
@@ -58,7 +55,6 @@ pub use front::{Folder, bench_ref, fit_rows_beside, read_campaign_beside};
 pub(crate) use imu_errors_file::ErrorsFile;
 pub use lab::read_lab;
 pub(crate) use lab::{ContactFile, IssuerFile, ItemFile, LabFile};
-pub(crate) use limits_file::LimitFile;
 use locate::in_source;
 pub(crate) use locate::line_and_column;
 pub use locate::locate;
