@@ -19,7 +19,7 @@ pub(crate) use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
 pub(crate) use limits::ScaleFactor;
 pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Distribution, Kind, Known, Role};
-pub(crate) use parameters::{Derived, Parameter};
+pub(crate) use parameters::{Derived, Parameter, not_finite};
 pub(crate) use readings::joint_keys;
 pub use readings::{JointState, Observation, Place, Reading, Readings};
 pub(crate) use scatter::{Deviating, NumberOrEstimate, OneOrSeveral, Per, Scatter};

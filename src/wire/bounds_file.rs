@@ -2,7 +2,7 @@
 
 use super::Named;
 use super::shapes::shapes;
-use crate::campaign::{Campaign, Constraint, Kind, Limit, Limited, Role};
+use crate::campaign::{Campaign, Constraint, Kind, Limit, Limited, Role, not_finite};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
 use schemars::JsonSchema;
@@ -166,15 +166,7 @@ impl ConstraintFile {
             let first = all.first().copied().unwrap_or(Conversion::NONE);
             Ok((first, all.iter().map(|other| first.factor() / other.factor()).collect()))
         };
-        let finite = |value: f64, key: &str| {
-            if value.is_finite() {
-                return Ok(value);
-            }
-            Err(Malformed::new(Fault::Value, "not a finite number")
-                .expected("a finite number")
-                .found(value.to_string())
-                .at_path(key))
-        };
+        let finite = |value: f64, key: &str| if value.is_finite() { Ok(value) } else { Err(not_finite(key, value)) };
         match (self.of, self.norm_of, self.between, self.equals, self.at_most) {
             (Some(of), None, between, equals, None) if between.is_some() != equals.is_some() => {
                 if of.is_empty() || of.0.iter().any(|(_, factor)| !factor.is_finite()) {
