@@ -120,8 +120,8 @@ impl Meaning {
 
     /// The same as a text.
     fn text(self, value: i64, as_unsigned: u64) -> String {
-        let at = |nanoseconds: Option<i128>, day: bool| {
-            let there = nanoseconds.and_then(|count| jiff::Timestamp::from_nanosecond(count).ok());
+        let at = |nanoseconds: i128, day: bool| {
+            let there = jiff::Timestamp::from_nanosecond(nanoseconds).ok();
             there.map(|moment| moment.to_zoned(jiff::tz::TimeZone::UTC).datetime()).map(|moment| match day {
                 true => moment.date().to_string(),
                 false => moment.to_string(),
@@ -130,9 +130,11 @@ impl Meaning {
         let text = match self {
             Meaning::Unsigned => Some(as_unsigned.to_string()),
             Meaning::Decimal(scale) => decimal(i128::from(value), scale),
-            Meaning::Time(seconds, true) => at(nanoseconds(seconds).map(|each| i128::from(value) * each), false),
+            Meaning::Time(seconds, true) => {
+                at(i128::from(value) * i128::from(crate::number::whole_i64((1e9 * seconds).round())), false)
+            }
             Meaning::Time(..) => Some(self.whole(value, as_unsigned).to_string()),
-            Meaning::Date => at(Some(i128::from(value) * 86_400_000_000_000), true),
+            Meaning::Date => at(i128::from(value) * 86_400_000_000_000, true),
             _ => None,
         };
         text.unwrap_or_else(|| value.to_string())
@@ -156,12 +158,6 @@ impl Meaning {
             _ => None,
         }
     }
-}
-
-/// Nanoseconds in a unit of times.
-fn nanoseconds(seconds: f64) -> Option<i128> {
-    const UNITS: [(f64, i128); 3] = [(1e-3, 1_000_000), (1e-6, 1_000), (1e-9, 1)];
-    UNITS.iter().find(|(size, _)| *size == seconds).map(|(_, each)| *each)
 }
 
 /// Labels that are numbers become these.
@@ -275,17 +271,13 @@ impl Columnar {
     pub fn whole(&self, column: usize) -> Option<(i32, Option<LogicalType>)> {
         let schema = self.reader.metadata().file_metadata().schema_descr();
         let descriptor = schema.columns().get(column).filter(|own| own.physical_type() == Type::INT64)?;
-        let places = |unit: &TimeUnit| match unit {
-            TimeUnit::MILLIS => 3,
-            TimeUnit::MICROS => 6,
-            TimeUnit::NANOS => 9,
-        };
         let logical = descriptor.logical_type_ref();
         let places = match (self.meanings.get(column)?, logical) {
             (Meaning::Plain, _) => 0,
             (Meaning::Unsigned, _) => return Some((0, Some(LogicalType::integer(64, false)))),
-            (Meaning::Time(..), Some(LogicalType::Timestamp(time))) => places(&time.unit),
-            (Meaning::Time(..), Some(LogicalType::Time(time))) => places(&time.unit),
+            (Meaning::Time(seconds, _), Some(LogicalType::Timestamp(_) | LogicalType::Time(_))) => {
+                crate::number::whole(-seconds.log10().round())
+            }
             _ => return None,
         };
         Some((places, logical.cloned()))
