@@ -321,26 +321,23 @@ impl<'a> RecordRows<'a> {
         let stated = self.patterns.first().into_iter().flat_map(|pattern| &pattern.stated).map(|(meaning, _)| meaning);
         let read = self.read.iter().map(|read| &read.meaning).chain(stated);
         let has = |wanted: &dyn Fn(&Meaning) -> bool| read.clone().any(wanted);
+        let missing = |what: String, expected: String| {
+            let found = format!("columns {}", crate::record::listed(record.columns()));
+            Err(Malformed::new(Fault::Missing, what).expected(expected).found(found).in_file(record.name()))
+        };
         for (k, joint) in self.bench.joints().enumerate() {
             if !has(&|meaning| matches!(meaning, Meaning::Angle(j) | Meaning::Rate(j) if *j == k)) {
-                return Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' has no state"))
-                    .expected(format!(
-                        "a column {joint}_deg (its angle) or {joint}_deg_s (its rate), or the same in \"positions\": [{{ ... }}]"
-                    ))
-                    .found(format!("columns {}", crate::record::listed(record.columns())))
-                    .in_file(record.name()));
+                let expected = format!(
+                    "a column {joint}_deg (its angle) or {joint}_deg_s (its rate), or the same in \"positions\": [{{ ... }}]"
+                );
+                return missing(format!("the joint '{joint}' has no state"), expected);
             }
         }
         let sensors: Vec<&str> = self.bench.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
         if !has(&|meaning| matches!(meaning, Meaning::Sensor(_))) {
-            return Err(Malformed::new(Fault::Missing, "no column of the record is a sensor")
-                .expected(format!(
-                    "a column {} (or \"columns\": {{ \"{}\": its title }})",
-                    sensors.join(" or "),
-                    sensors.first().unwrap_or(&"")
-                ))
-                .found(format!("columns {}", crate::record::listed(record.columns())))
-                .in_file(record.name()));
+            let first = sensors.first().unwrap_or(&"");
+            let expected = format!("a column {} (or \"columns\": {{ \"{first}\": its title }})", sensors.join(" or "));
+            return missing("no column of the record is a sensor".into(), expected);
         }
         Ok(())
     }
