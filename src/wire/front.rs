@@ -1,7 +1,7 @@
 //! The front door for programs: questions from texts and files in one call; and where what a campaign refers to is found.
 
 use super::{
-    BenchRef, Fetch, Source, bench_file, campaign_of, locate, read_bench, read_campaign, read_campaign_in, read_rows_of,
+    BenchRef, Fetch, Source, bench_file, campaign_from, campaign_of, locate, read_bench, read_campaign, read_rows_of,
 };
 use crate::bench::Bench;
 use crate::campaign::Campaign;
@@ -68,7 +68,7 @@ impl Bench {
 ///
 /// Errors: those of [`Campaign::from_path`].
 pub fn read_campaign_beside(source: &Source, folder: &Path) -> Result<Campaign> {
-    read_campaign_in(source, &mut Beside(folder))
+    campaign_from(campaign_of(source)?, source, &mut Beside(folder))
 }
 
 /// Fit a campaign file whose readings are the rows of a record (`"samples": ..., "as": "rows"`), which may have any length; what it names is looked for in a

@@ -158,17 +158,12 @@ pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
     campaign_from(campaign_of(source)?, source, &mut front::Texts(fetch))
 }
 
-/// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.
-pub(crate) fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, folder)
-}
-
 /// Parse a campaign file without looking at the bench and the readings that it refers to.
 pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
     parse(source).map_err(|error| schema::no_campaign(source).unwrap_or(error))
 }
 
-/// The campaign of a file that was parsed, with everything that it refers to.
+/// The campaign of a file that was parsed, with everything that it refers to: benches, tables of readings in any format, records of samples.
 pub(crate) fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
     file.into_campaign(folder).map_err(|error| in_source(error, source))
 }
