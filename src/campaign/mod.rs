@@ -9,7 +9,6 @@ mod identity;
 mod inputs;
 mod limits;
 mod missing;
-mod names;
 mod parameters;
 mod readings;
 mod scatter;
@@ -20,7 +19,7 @@ pub(crate) use identity::{Condition, Identity, Instrument, UnitUnderTest, day};
 pub(crate) use limits::ScaleFactor;
 pub use limits::{Decision, Limit, Limited};
 pub use parameters::{Constraint, Distribution, Kind, Known, Role};
-pub(crate) use parameters::{Derived, Parameter};
+pub(crate) use parameters::{Derived, Parameter, not_finite};
 pub(crate) use readings::joint_keys;
 pub use readings::{JointState, Observation, Place, Reading, Readings};
 pub(crate) use scatter::{Deviating, NumberOrEstimate, OneOrSeveral, Per, Scatter};
@@ -314,6 +313,46 @@ impl Campaign {
     pub(crate) fn is_measured(&self) -> bool {
         self.readings.rows.iter().any(|reading| !reading.observations.is_empty())
     }
+}
+
+/// Names and units by the indices in parts of the campaign (rows of a design, terms of a combination, lines of scatter).
+impl Campaign {
+    /// Identifier of parameter `k`.
+    pub(crate) fn parameter_id(&self, k: usize) -> &str {
+        name_of(&self.parameters, k, |p| &p.id)
+    }
+
+    /// Unit of parameter `k`.
+    pub(crate) fn parameter_unit(&self, k: usize) -> &str {
+        name_of(&self.parameters, k, |p| &p.unit)
+    }
+
+    /// Identifier of the bench's sensor `k`.
+    pub(crate) fn sensor_id(&self, k: usize) -> &str {
+        name_of(&self.bench.sensors, k, |s| &s.id)
+    }
+
+    /// Unit of the bench's sensor `k`.
+    pub(crate) fn sensor_unit(&self, k: usize) -> &str {
+        name_of(&self.bench.sensors, k, |s| &s.unit)
+    }
+
+    /// Label of the position of reading `k`.
+    pub(crate) fn position_of(&self, k: usize) -> &str {
+        name_of(&self.readings.rows, k, |r| &r.position)
+    }
+
+    /// Place of reading `k` in its file.
+    pub(crate) fn place_of(&self, k: usize) -> String {
+        self.readings.rows.get(k).map_or(String::new(), |r| r.place.to_string())
+    }
+}
+
+/// The name at an index of a list; an index outside shows as `?`, never as another name or an empty one.
+#[track_caller]
+fn name_of<'a, T>(list: &'a [T], k: usize, name: impl Fn(&'a T) -> &'a str) -> &'a str {
+    debug_assert!(k < list.len(), "name {k} of {}", list.len());
+    list.get(k).map_or("?", name)
 }
 
 /// Units from the model lines, with those that the request states where the lines do not determine one.

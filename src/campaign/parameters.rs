@@ -269,7 +269,8 @@ fn in_radians(id: &str, kind: Kind, unit: Option<&str>, value: f64, path: &str) 
         .at_path(path))
 }
 
-fn not_finite(path: &str, value: f64) -> Malformed {
+/// The error for a number that is none.
+pub(crate) fn not_finite(path: &str, value: f64) -> Malformed {
     Malformed::new(Fault::Value, "not a finite number")
         .expected("a finite number")
         .found(value.to_string())

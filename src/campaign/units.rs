@@ -33,10 +33,10 @@ impl Inferred {
             if let Some(mut row) = line.unit.and_then(|unit| system.row(bench, columns, &unit)) {
                 match Unit::parse_any(&sensor.unit) {
                     Ok((unit, names)) if !sensor.unit.is_empty() => {
-                        row.add_known(system.known(unit), -1.0);
+                        add(&mut row.known, system.known(unit), -1.0);
                         sensor_units.extend(names);
                     }
-                    _ => row.add_open(system.open(&format!("unit of {}", sensor.id), Open::Sensor), -1.0),
+                    _ => add(&mut row.open, system.open(&format!("unit of {}", sensor.id), Open::Sensor), -1.0),
                 }
                 rows.push((k, Stage::Line, row));
             }
@@ -54,8 +54,8 @@ impl Inferred {
         // stated units come before terms added to one, which need not be pure numbers
         for (name, unit) in stated {
             let mut row = Row::default();
-            row.add_open(system.open(name, Open::Coefficient), 1.0);
-            row.add_known(system.known(unit.clone()), -1.0);
+            add(&mut row.open, system.open(name, Open::Coefficient), 1.0);
+            add(&mut row.known, system.known(unit.clone()), -1.0);
             rows.push((0, Stage::Stated, row));
         }
         rows.sort_by_key(|(_, stage, _)| *stage);
@@ -108,21 +108,7 @@ impl super::Campaign {
     ///
     /// Errors: those of [`super::Campaign::conversion`].
     pub fn parameter_conversion(&self, parameter: usize, unit: &str) -> Result<Conversion> {
-        let (to, what) =
-            self.parameters.get(parameter).map_or(("", String::new()), |p| (p.unit.as_str(), format!("'{}'", p.id)));
-        self.conversion(unit, to, &what)
-    }
-
-    /// From a unit that a person wrote to that of a sensor, by index.
-    ///
-    /// Errors: those of [`super::Campaign::conversion`].
-    pub fn sensor_conversion(&self, sensor: usize, unit: &str) -> Result<Conversion> {
-        let (to, what) = self
-            .bench
-            .sensors
-            .get(sensor)
-            .map_or(("", String::new()), |s| (s.unit.as_str(), format!("sensor '{}'", s.id)));
-        self.conversion(unit, to, &what)
+        self.conversion(unit, self.parameter_unit(parameter), &format!("'{}'", self.parameter_id(parameter)))
     }
 
     /// Unit of a line of algebra in the parameters, for example of a derived quantity; `None` where one of them has none, or its terms differ.
@@ -202,17 +188,9 @@ struct Row {
 const SMALL: f64 = 1e-9;
 
 impl Row {
-    fn add_open(&mut self, k: usize, power: f64) {
-        add(&mut self.open, k, power);
-    }
-
-    fn add_known(&mut self, k: usize, power: f64) {
-        add(&mut self.known, k, power);
-    }
-
     fn add(&mut self, other: &Row, power: f64) {
-        other.open.iter().for_each(|(k, share)| self.add_open(*k, share * power));
-        other.known.iter().for_each(|(k, share)| self.add_known(*k, share * power));
+        other.open.iter().for_each(|(k, share)| add(&mut self.open, *k, share * power));
+        other.known.iter().for_each(|(k, share)| add(&mut self.known, *k, share * power));
     }
 }
 
@@ -258,8 +236,8 @@ impl System {
         let mut row = Row::default();
         for (name, power) in &powers.names {
             match meaning(bench, columns, name) {
-                Meaning::Known(unit) => row.add_known(self.known(unit), *power),
-                Meaning::Open(kind) => row.add_open(self.open(name, kind), *power),
+                Ok(unit) => add(&mut row.known, self.known(unit), *power),
+                Err(kind) => add(&mut row.open, self.open(name, kind), *power),
             }
         }
         if powers.radian == 0.0 {
@@ -276,7 +254,7 @@ impl System {
             None if powers.pi => return None,
             None => radian,
         };
-        row.add_known(self.known(unit), powers.radian);
+        add(&mut row.known, self.known(unit), powers.radian);
         Some(row)
     }
 
@@ -286,7 +264,7 @@ impl System {
         for (k, power) in row.open {
             match self.solved.get(&k) {
                 Some(solution) => reduced.add(&solution.clone(), power),
-                None => reduced.add_open(k, power),
+                None => add(&mut reduced.open, k, power),
             }
         }
         if unless_sensor && reduced.open.keys().any(|k| self.is(*k, Open::Sensor)) {
@@ -323,14 +301,9 @@ impl System {
     }
 }
 
-enum Meaning {
-    Known(Unit),
-    Open(Open),
-}
-
-/// What the name in a model line is: an input along an axis, a joint or tilt (rad), a column of the readings, else a coefficient.
-fn meaning(bench: &Bench, columns: &[String], name: &str) -> Meaning {
-    let known = |text: &str| Unit::parse(text).map_or(Meaning::Open(Open::Column), Meaning::Known);
+/// The unit of the name in a model line, or what it is that has none: an input along an axis, a joint or tilt (rad), a column of the readings, else a coefficient.
+fn meaning(bench: &Bench, columns: &[String], name: &str) -> std::result::Result<Unit, Open> {
+    let known = |text: &str| Unit::parse(text).map_err(|_| Open::Column);
     if super::is_axis_input(bench, name) {
         return known(if name.starts_with("w_") { bench.units.rate.name() } else { bench.units.force.name() });
     }
@@ -338,7 +311,7 @@ fn meaning(bench: &Bench, columns: &[String], name: &str) -> Meaning {
         return known("rad");
     }
     if columns.iter().any(|column| column == name) || super::is_of_joint(bench, name) {
-        return units::of_column(name).map_or(Meaning::Open(Open::Column), |unit| known(&unit));
+        return units::of_column(name).map_or(Err(Open::Column), |unit| known(&unit));
     }
-    Meaning::Open(Open::Coefficient)
+    Err(Open::Coefficient)
 }

@@ -80,7 +80,7 @@ fn bytes(path: &Path, name: &str) -> Result<Vec<u8>> {
 pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source, Vec<Input>)> {
     let (source, input) = read_input(path)?;
     let mut folder = Beside::new(path);
-    let campaign = wire::read_campaign_in(&source, &mut folder)?;
+    let campaign = wire::campaign_from(wire::campaign_of(&source)?, &source, &mut folder)?;
     Ok((campaign, source, [vec![input], folder.inputs].concat()))
 }
 

@@ -1,7 +1,6 @@
 //! Parquet in blocks: the selected columns of one row group after the other.
 
 use super::columnar_arrow;
-use super::columnar_labels::{self, Pages};
 use super::guard::guarded;
 use super::times::Times;
 use super::{As, Block, Column, Head, Labels, UNREADABLE};
@@ -120,8 +119,8 @@ impl Meaning {
 
     /// The same as a text.
     fn text(self, value: i64, as_unsigned: u64) -> String {
-        let at = |nanoseconds: Option<i128>, day: bool| {
-            let there = nanoseconds.and_then(|count| jiff::Timestamp::from_nanosecond(count).ok());
+        let at = |nanoseconds: i128, day: bool| {
+            let there = jiff::Timestamp::from_nanosecond(nanoseconds).ok();
             there.map(|moment| moment.to_zoned(jiff::tz::TimeZone::UTC).datetime()).map(|moment| match day {
                 true => moment.date().to_string(),
                 false => moment.to_string(),
@@ -130,9 +129,11 @@ impl Meaning {
         let text = match self {
             Meaning::Unsigned => Some(as_unsigned.to_string()),
             Meaning::Decimal(scale) => decimal(i128::from(value), scale),
-            Meaning::Time(seconds, true) => at(nanoseconds(seconds).map(|each| i128::from(value) * each), false),
+            Meaning::Time(seconds, true) => {
+                at(i128::from(value) * i128::from(crate::number::whole_i64((1e9 * seconds).round())), false)
+            }
             Meaning::Time(..) => Some(self.whole(value, as_unsigned).to_string()),
-            Meaning::Date => at(Some(i128::from(value) * 86_400_000_000_000), true),
+            Meaning::Date => at(i128::from(value) * 86_400_000_000_000, true),
             _ => None,
         };
         text.unwrap_or_else(|| value.to_string())
@@ -158,25 +159,15 @@ impl Meaning {
     }
 }
 
-/// Nanoseconds in a unit of times.
-fn nanoseconds(seconds: f64) -> Option<i128> {
-    const UNITS: [(f64, i128); 3] = [(1e-3, 1_000_000), (1e-6, 1_000), (1e-9, 1)];
-    UNITS.iter().find(|(size, _)| *size == seconds).map(|(_, each)| *each)
-}
-
-/// Labels that are numbers become these, each looked at once.
+/// Labels that are numbers become these.
 fn mixed(column: &mut [f64], texts: &[String]) {
-    let mut seen: HashMap<u64, f64> = HashMap::new();
     for cell in column.iter_mut().filter(|cell| !cell.is_nan()) {
-        let label = *cell;
-        *cell = *seen.entry(label.to_bits()).or_insert_with(|| {
-            let text = texts.get(crate::number::count(label)).map_or("", |text| text.trim());
-            match super::number::number(text.as_bytes(), b'.') {
-                _ if text.is_empty() => f64::NAN,
-                Some(value) if !value.is_nan() => value,
-                _ => super::text_cell(label),
-            }
-        });
+        let text = texts.get(crate::number::count(*cell)).map_or("", |text| text.trim());
+        *cell = match super::number::number(text.as_bytes(), b'.') {
+            _ if text.is_empty() => f64::NAN,
+            Some(value) if !value.is_nan() => value,
+            _ => super::text_cell(*cell),
+        };
     }
 }
 
@@ -216,7 +207,6 @@ fn half(bits: u16) -> f64 {
 /// A column of the row group that is being read.
 enum Open {
     Values(Box<ColumnReader>),
-    Labels(Pages),
     /// Values of a type that is not read, where cells may be texts: so many rows, each with the name of the type.
     Unread(usize, String),
 }
@@ -279,17 +269,13 @@ impl Columnar {
     pub fn whole(&self, column: usize) -> Option<(i32, Option<LogicalType>)> {
         let schema = self.reader.metadata().file_metadata().schema_descr();
         let descriptor = schema.columns().get(column).filter(|own| own.physical_type() == Type::INT64)?;
-        let places = |unit: &TimeUnit| match unit {
-            TimeUnit::MILLIS => 3,
-            TimeUnit::MICROS => 6,
-            TimeUnit::NANOS => 9,
-        };
         let logical = descriptor.logical_type_ref();
         let places = match (self.meanings.get(column)?, logical) {
             (Meaning::Plain, _) => 0,
             (Meaning::Unsigned, _) => return Some((0, Some(LogicalType::integer(64, false)))),
-            (Meaning::Time(..), Some(LogicalType::Timestamp(time))) => places(&time.unit),
-            (Meaning::Time(..), Some(LogicalType::Time(time))) => places(&time.unit),
+            (Meaning::Time(seconds, _), Some(LogicalType::Timestamp(_) | LogicalType::Time(_))) => {
+                crate::number::whole(-seconds.log10().round())
+            }
             _ => return None,
         };
         Some((places, logical.cloned()))
@@ -319,9 +305,6 @@ impl Columnar {
                 if self.group >= self.reader.num_row_groups() || self.wanted.is_empty() {
                     return Ok(false);
                 }
-                if std::mem::take(&mut self.head.forgets) {
-                    self.head.labels = Labels::default();
-                }
                 let group = self.reader.get_row_group(self.group).map_err(error)?;
                 let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
                 let open = |(column, kind): &(usize, As)| {
@@ -337,13 +320,6 @@ impl Columnar {
                                 .at_path(title));
                         }
                         _ if is_unread => Open::Unread(rows, values_of(chunk.column_descr())),
-                        As::Label | As::Written | As::Mixed
-                            if columnar_labels::reads(chunk) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
-                        {
-                            let is_optional = chunk.column_descr().max_def_level() > 0;
-                            let pages = group.get_column_page_reader(*column).map_err(error)?;
-                            Open::Labels(Pages::new(pages, is_optional))
-                        }
                         _ => Open::Values(Box::new(group.get_column_reader(*column).map_err(error)?)),
                     })
                 };
@@ -360,7 +336,7 @@ impl Columnar {
                     (kind, Open::Unread(rows, values)) => {
                         let count = (*rows).min(ROWS);
                         *rows -= count;
-                        let label = self.head.labels.number_of(values.as_bytes());
+                        let label = self.head.labels.number(values.as_bytes());
                         to.resize(
                             count,
                             match kind {
@@ -371,11 +347,6 @@ impl Columnar {
                         );
                         Ok(())
                     }
-                    (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.head.labels).map(|()| {
-                        if *kind == As::Mixed {
-                            mixed(to, &self.head.labels.texts);
-                        }
-                    }),
                     (As::Mixed, Open::Values(reader)) if !meaning.is_number_of(reader) => {
                         labels(reader, to, meaning, &mut self.head.labels).map(|()| mixed(to, &self.head.labels.texts))
                     }
@@ -543,7 +514,7 @@ fn labels(reader: &mut ColumnReader, to: &mut Vec<f64>, meaning: Meaning, labels
     let mut label = |key: u64, text: &dyn Fn() -> String, labels: &mut Labels| match last {
         Some((known, number)) if known == key => number,
         _ => {
-            let number = labels.number_of(text().as_bytes());
+            let number = labels.number(text().as_bytes());
             last = Some((key, number));
             number
         }

@@ -40,7 +40,7 @@ pub(super) fn said(schema: &str) -> Said {
         _ => bytes.get(4..),
     };
     let buffer = Buffer(message.unwrap_or_default());
-    if let Some(fields) = buffer.root().and_then(|message| buffer.child(buffer.child(message, HEADER)?, FIELDS)) {
+    if let Some(fields) = buffer.follow(0).and_then(|message| buffer.child(buffer.child(message, HEADER)?, FIELDS)) {
         buffer.fields(fields, "", 0, &mut found);
     }
     found
@@ -61,10 +61,6 @@ impl Buffer<'_> {
     /// The place to which the one at `at` refers.
     fn follow(&self, at: usize) -> Option<usize> {
         at.checked_add(self.count(at)?)
-    }
-
-    fn root(&self) -> Option<usize> {
-        self.follow(0)
     }
 
     /// Where a field of a table stands; `None` where it has its default.

@@ -41,19 +41,15 @@ pub(super) fn open(name: &str, bytes: &[u8], table: Option<&str>) -> Result<Held
     while !reader.bytes.is_empty() {
         let at = HEAD + total - reader.bytes.len();
         let broken = || cut().found(format!("{} bytes, and an element at byte {at} that does not end", bytes.len()));
-        let (kind, data) = reader.element(false).ok_or_else(broken)?;
-        match kind {
-            MATRIX => matrix(&mut Reader { bytes: data, big }, None, "", 0, &mut arrays).ok_or_else(broken)?,
-            COMPRESSED => {
-                let unpacked = unpacked(data, LONGEST);
-                let plain = unpacked.map_err(|error| broken().found(format!("{error}, at byte {at}")))?;
-                let mut inner = Reader { bytes: &plain, big };
-                let (kind, data) = inner.element(true).ok_or_else(broken)?;
-                if kind == MATRIX {
-                    matrix(&mut Reader { bytes: data, big }, None, "", 0, &mut arrays).ok_or_else(broken)?;
-                }
-            }
-            _ => {}
+        let (mut kind, mut data) = reader.element(false).ok_or_else(broken)?;
+        let plain;
+        if kind == COMPRESSED {
+            let unpacked = unpacked(data, LONGEST);
+            plain = unpacked.map_err(|error| broken().found(format!("{error}, at byte {at}")))?;
+            (kind, data) = Reader { bytes: &plain, big }.element(true).ok_or_else(broken)?;
+        }
+        if kind == MATRIX {
+            matrix(&mut Reader { bytes: data, big }, None, "", 0, &mut arrays).ok_or_else(broken)?;
         }
     }
     Held::choose(name, "variable or struct", tables(arrays), table)

@@ -14,7 +14,6 @@
 //! | `delimited.rs` | a table of text in blocks |
 //! | `columnar.rs` | Parquet in blocks |
 //! | `columnar_arrow.rs` | what Arrow says of Parquet's columns: durations |
-//! | `columnar_labels.rs` | texts of a Parquet column as numbers of labels |
 //! | `workbook.rs` | sheets of Excel and OpenDocument workbooks (feature `excel`) |
 //! | `matlab.rs`, `unpacked.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
 //! | `mcap.rs`, `bag.rs` | logs of robots, MCAP and bags of ROS 1: messages `sensor_msgs/Imu` (feature `mcap`) |
@@ -33,8 +32,6 @@ mod clock;
 mod columnar;
 #[cfg(feature = "parquet")]
 mod columnar_arrow;
-#[cfg(feature = "parquet")]
-mod columnar_labels;
 mod delimited;
 mod dialect;
 #[cfg(any(feature = "excel", feature = "hdf5", feature = "parquet"))]
@@ -243,9 +240,6 @@ struct Head {
     name: String,
     columns: Vec<Column>,
     labels: Labels,
-    /// Are the labels forgotten as soon as their numbers are no longer needed?
-    #[allow(dead_code, reason = "Parquet alone reads it")]
-    forgets: bool,
     times: times::Times,
 }
 
@@ -466,9 +460,8 @@ impl Record {
     pub(crate) fn forget_labels(&mut self) {
         match &mut self.0 {
             Source::Text(table) => table.head.labels = Labels::default(),
-            // dictionaries have their numbers until the next row group begins
             #[cfg(feature = "parquet")]
-            Source::Parquet(table) => table.head.forgets = true,
+            Source::Parquet(table) => table.head.labels = Labels::default(),
             // it is held whole as it is
             Source::Held(_) => {}
         }
@@ -559,7 +552,6 @@ struct Labels {
     texts: Vec<String>,
     /// By their bytes.
     numbers: std::collections::HashMap<Vec<u8>, usize, std::hash::BuildHasherDefault<crate::mix::Mix>>,
-    last: Option<(Vec<u8>, f64)>,
     /// Blanks before and behind each label where it was met first.
     blanks: Vec<[usize; 2]>,
     /// Labels that were met with others.
@@ -589,21 +581,6 @@ impl Labels {
     }
 
     fn number(&mut self, cell: &[u8]) -> f64 {
-        if let Some((text, number)) = &self.last
-            && text == cell
-        {
-            return *number;
-        }
-        let number = self.number_of(cell);
-        let (mut last, _) = self.last.take().unwrap_or_default();
-        last.clear();
-        last.extend_from_slice(cell);
-        self.last = Some((last, number));
-        number
-    }
-
-    /// The same for a text that is hardly that of the row before.
-    fn number_of(&mut self, cell: &[u8]) -> f64 {
         if let Some(number) = self.numbers.get(cell) {
             return *number as f64;
         }

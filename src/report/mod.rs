@@ -168,7 +168,7 @@ const SCHEMAS: &[(&str, fn() -> schemars::Schema)] = &[
 
 /// The kinds of file that have a JSON Schema: what is read, then what is written.
 pub fn schemas() -> Vec<&'static str> {
-    crate::wire::SCHEMAS.iter().copied().chain(SCHEMAS.iter().map(|(kind, _)| *kind)).collect()
+    crate::wire::SCHEMAS.iter().chain(SCHEMAS).map(|(kind, _)| *kind).collect()
 }
 
 /// The JSON Schema (draft 2020-12) of a kind of file, if there is such a kind.

@@ -1,7 +1,6 @@
 //! The campaign file (`*.campaign.json`): what was measured on a bench, and what is asked.
 
-use super::constraint_file::ConstraintFile;
-use super::limits_file::{self, LimitFile};
+use super::bounds_file::{self, ConstraintFile, LimitFile};
 use super::readings_file::{ReadingFile, read_rows};
 use super::shapes::shapes;
 use super::{
@@ -373,7 +372,7 @@ impl CampaignFile {
             })?;
             campaign.derived.push(derived);
         }
-        campaign.limits = limits_file::limits(&campaign, self.limits)?;
+        campaign.limits = bounds_file::limits(&campaign, self.limits)?;
         campaign.decision = self.decision.unwrap_or_default();
         campaign.by = self.by;
         campaign.identity = Identity {

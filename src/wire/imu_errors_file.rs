@@ -144,18 +144,9 @@ impl DriftFile {
 }
 
 impl DriftCoefficients {
-    fn slot(&mut self, source: &ErrorSource) -> &mut f64 {
-        match (source.axis, source.input) {
-            (0, 0) => &mut self.xx,
-            (0, 1) => &mut self.xy,
-            (0, _) => &mut self.xz,
-            (1, 0) => &mut self.yx,
-            (1, 1) => &mut self.yy,
-            (1, _) => &mut self.yz,
-            (_, 0) => &mut self.zx,
-            (_, 1) => &mut self.zy,
-            _ => &mut self.zz,
-        }
+    fn slot(&mut self, source: &ErrorSource) -> Option<&mut f64> {
+        let DriftCoefficients { xx, xy, xz, yx, yy, yz, zx, zy, zz } = self;
+        [xx, xy, xz, yx, yy, yz, zx, zy, zz].into_iter().nth(3 * source.axis + source.input)
     }
 }
 
@@ -205,15 +196,11 @@ impl InstallationFile {
 }
 
 impl InstallationAngles {
-    fn slot(&mut self, source: &ErrorSource) -> &mut f64 {
-        match (source.axis, source.input) {
-            (0, 1) => &mut self.xy,
-            (0, _) => &mut self.xz,
-            (1, 0) => &mut self.yx,
-            (1, _) => &mut self.yz,
-            (_, 0) => &mut self.zx,
-            _ => &mut self.zy,
-        }
+    fn slot(&mut self, source: &ErrorSource) -> Option<&mut f64> {
+        let InstallationAngles { xy, xz, yx, yz, zx, zy } = self;
+        // a sensor sees the inputs of the two other axes
+        let other = source.input - usize::from(source.input > source.axis);
+        [xy, xz, yx, yz, zx, zy].into_iter().nth(2 * source.axis + other)
     }
 }
 
@@ -287,13 +274,13 @@ impl ErrorsFile {
         };
         let installation = |file: &mut InstallationFile| {
             let mut each = file.each();
-            let value = added(each.slot(source));
+            let value = each.slot(source).map_or(f64::NAN, added);
             *file = InstallationFile::Each(each);
             value
         };
         let drift = |file: &mut DriftFile| {
             let mut each = file.each();
-            let value = added(each.slot(source));
+            let value = each.slot(source).map_or(f64::NAN, added);
             *file = DriftFile::Each(each);
             value
         };

@@ -44,23 +44,22 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
                 Said::Nothing => String::new(),
                 Said::Text(text) => label(text),
             };
-            records.push(Row { line: *line, cells: columns.iter().zip(&block.columns).map(cell).collect() });
+            records.push((*line, columns.iter().zip(&block.columns).map(cell).collect()));
         }
     }
     let motions: Vec<String> = study::motions(mission).into_iter().map(|(name, _)| name).collect();
     let scenario = scenario(&columns, &records, source)?;
     let mut measured = Measured::default();
     let mut lines: HashMap<(usize, u64, usize), u64> = HashMap::new();
-    for record in &records {
-        let text = |wanted: Column| {
-            columns.iter().zip(&record.cells).find(|(c, _)| **c == wanted).map(|(_, text)| text.as_str())
-        };
+    for (line, cells) in &records {
+        let text =
+            |wanted: Column| columns.iter().zip(cells).find(|(c, _)| **c == wanted).map(|(_, text)| text.as_str());
         if scenario.as_deref().is_some_and(|wanted| text(Column::Scenario) != Some(wanted)) {
             measured.left_out += 1;
             continue;
         }
         let here = |error: Malformed, name: &str| {
-            error.at_line(crate::number::index(record.line), 0).in_file(&source.name).moved_to(name)
+            error.at_line(crate::number::index(*line), 0).in_file(&source.name).moved_to(name)
         };
         let motion = match text(Column::Motion) {
             None => 0,
@@ -70,7 +69,7 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
             })?,
         };
         let mut row = MeasuredRow { time: f64::NAN, value: [None; CHANNELS], u: [None; CHANNELS] };
-        for ((column, name), text) in columns.iter().zip(&headers).zip(&record.cells) {
+        for ((column, name), text) in columns.iter().zip(&headers).zip(cells) {
             let fault = |error| here(error, name);
             match column {
                 Column::Motion | Column::Scenario => {}
@@ -100,12 +99,11 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
                 return Err(here(error, &format!("{name}_u")));
             }
         }
-        let line = record.line;
         for (channel, name) in
             CHANNEL_NAMES.iter().enumerate().filter(|(k, _)| row.value.get(*k).is_some_and(Option::is_some))
         {
             // `+ 0.0` makes one zero of two
-            let Some(first) = lines.insert((motion, (row.time + 0.0).to_bits(), channel), line) else { continue };
+            let Some(first) = lines.insert((motion, (row.time + 0.0).to_bits(), channel), *line) else { continue };
             let error = Malformed::new(Fault::Value, format!("'{name}' was measured twice at {} s", row.time))
                 .expected("one value for each motion and time")
                 .found(format!("lines {first} and {line}"));
@@ -121,11 +119,8 @@ pub fn read_measured(source: &Source, mission: &Mission) -> Result<Measured> {
     Ok(measured)
 }
 
-/// A row of the file.
-struct Row {
-    line: u64,
-    cells: Vec<String>,
-}
+/// Line and cells of a row of the file.
+type Row = (u64, Vec<String>);
 
 /// What each column is.
 fn columns(headers: &[record::Column], file: &str, line: usize) -> Result<Vec<Column>> {
@@ -175,8 +170,7 @@ fn columns(headers: &[record::Column], file: &str, line: usize) -> Result<Vec<Co
 /// The scenario whose rows count; `None` where there is no such column.
 fn scenario(columns: &[Column], records: &[Row], source: &Source) -> Result<Option<String>> {
     let Some(place) = columns.iter().position(|column| *column == Column::Scenario) else { return Ok(None) };
-    let mut names: Vec<&str> =
-        records.iter().filter_map(|record| record.cells.get(place)).map(String::as_str).collect();
+    let mut names: Vec<&str> = records.iter().filter_map(|(_, cells)| cells.get(place)).map(String::as_str).collect();
     names.sort_unstable();
     names.dedup();
     match names.as_slice() {

@@ -5,20 +5,16 @@
 //! refers to (a bench file, a CSV of readings).
 
 mod bench_file;
-mod build_bench;
-mod build_campaign;
+mod bounds_file;
+mod build;
 mod campaign_file;
 mod columns;
-mod constraint_file;
 mod correction_file;
 mod effects_file;
-mod folder;
 mod front;
 #[cfg(feature = "navigate")]
 mod imu_errors_file;
-mod kind;
 mod lab;
-mod limits_file;
 mod locate;
 #[cfg(feature = "navigate")]
 mod measured_file;
@@ -44,24 +40,21 @@ use crate::elements::Parts;
 pub use crate::record::ClockFrom;
 pub use bench_file::BenchFile;
 pub(crate) use bench_file::{DerivedFile, DirectionFile, LinkFile, SensorFile};
-pub use build_bench::{BenchBuilder, SensorBuilder};
-pub use build_campaign::{CampaignBuilder, ReadingBuilder};
+pub(crate) use bounds_file::{ConstraintFile, LimitFile};
+pub use build::{BenchBuilder, CampaignBuilder, ReadingBuilder, SensorBuilder};
 pub use campaign_file::{BenchRef, CampaignFile, ReadingsRef};
 pub(crate) use campaign_file::{CovarianceFile, KnownEntry};
 #[cfg(feature = "cli")]
 pub(crate) use columns::{key_unit, of_title};
-pub(crate) use constraint_file::ConstraintFile;
 pub use correction_file::CorrectionFile;
 pub(crate) use correction_file::InputFile;
 pub(crate) use effects_file::EffectsFile;
 pub use effects_file::{built_in_effects, read_effects};
-pub use folder::Folder;
-pub use front::{bench_ref, fit_rows_beside, read_campaign_beside};
+pub use front::{Folder, bench_ref, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub(crate) use imu_errors_file::ErrorsFile;
 pub use lab::read_lab;
 pub(crate) use lab::{ContactFile, IssuerFile, ItemFile, LabFile};
-pub(crate) use limits_file::LimitFile;
 use locate::in_source;
 pub(crate) use locate::line_and_column;
 pub use locate::locate;
@@ -162,20 +155,15 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, &mut folder::Texts(fetch))
-}
-
-/// Read a campaign file, with everything that it refers to: benches, tables of readings in any format, records of samples.
-pub(crate) fn read_campaign_in(source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, folder)
+    campaign_from(campaign_of(source)?, source, &mut front::Texts(fetch))
 }
 
 /// Parse a campaign file without looking at the bench and the readings that it refers to.
 pub fn campaign_of(source: &Source) -> Result<CampaignFile> {
-    parse(source).map_err(|error| kind::no_campaign(source).unwrap_or(error))
+    parse(source).map_err(|error| schema::no_campaign(source).unwrap_or(error))
 }
 
-/// The campaign of a file that was parsed, with everything that it refers to.
+/// The campaign of a file that was parsed, with everything that it refers to: benches, tables of readings in any format, records of samples.
 pub(crate) fn campaign_from(file: CampaignFile, source: &Source, folder: &mut dyn Folder) -> Result<Campaign> {
     file.into_campaign(folder).map_err(|error| in_source(error, source))
 }

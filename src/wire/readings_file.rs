@@ -158,7 +158,6 @@ pub(super) fn meaning(bench: &Bench, key: &str) -> Meaning {
 pub(super) enum Says<'a> {
     Number(f64),
     Text(&'a str),
-    List,
     Nothing,
 }
 
@@ -207,8 +206,8 @@ impl CellRows for Written {
                 let says = match cell {
                     Cell::Number(value) => Says::Number(*value),
                     Cell::Text(text) => Says::Text(text),
-                    Cell::List(_) => Says::List,
-                    Cell::Nothing(()) => Says::Nothing,
+                    // lists were expanded
+                    Cell::List(_) | Cell::Nothing(()) => Says::Nothing,
                 };
                 Some((*self.keys.get(key)?, says))
             }));
@@ -257,7 +256,7 @@ pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings
                 && match says {
                     Says::Number(_) => true,
                     Says::Text(_) => used.contains(key.name),
-                    Says::List | Says::Nothing => false,
+                    Says::Nothing => false,
                 }
             {
                 key.column = Some(columns.len());
@@ -395,7 +394,6 @@ impl Maker<'_> {
                     continue;
                 }
                 (Says::Text(text), _) => return Err(not_a_number(&place(), name, &format!("'{text}'"))),
-                (Says::List, _) => return Err(not_a_number(&place(), name, "a list")),
                 // what nothing reads may be infinite
                 (Says::Number(value), Meaning::Column) if !value.is_finite() && !self.used.contains(name) => continue,
                 (Says::Number(value), _) if !value.is_finite() => {

@@ -49,7 +49,7 @@ pub(crate) fn table_cells(bench: &Bench, mut record: Record) -> Result<Vec<Readi
             let cell = match says {
                 Says::Number(value) => Cell::Number(*value),
                 Says::Text(text) => Cell::Text(text.to_string()),
-                Says::List | Says::Nothing => return None,
+                Says::Nothing => return None,
             };
             Some((keys.get(*k)?.0.clone(), cell))
         });

@@ -321,26 +321,23 @@ impl<'a> RecordRows<'a> {
         let stated = self.patterns.first().into_iter().flat_map(|pattern| &pattern.stated).map(|(meaning, _)| meaning);
         let read = self.read.iter().map(|read| &read.meaning).chain(stated);
         let has = |wanted: &dyn Fn(&Meaning) -> bool| read.clone().any(wanted);
+        let missing = |what: String, expected: String| {
+            let found = format!("columns {}", crate::record::listed(record.columns()));
+            Err(Malformed::new(Fault::Missing, what).expected(expected).found(found).in_file(record.name()))
+        };
         for (k, joint) in self.bench.joints().enumerate() {
             if !has(&|meaning| matches!(meaning, Meaning::Angle(j) | Meaning::Rate(j) if *j == k)) {
-                return Err(Malformed::new(Fault::Missing, format!("the joint '{joint}' has no state"))
-                    .expected(format!(
-                        "a column {joint}_deg (its angle) or {joint}_deg_s (its rate), or the same in \"positions\": [{{ ... }}]"
-                    ))
-                    .found(format!("columns {}", crate::record::listed(record.columns())))
-                    .in_file(record.name()));
+                let expected = format!(
+                    "a column {joint}_deg (its angle) or {joint}_deg_s (its rate), or the same in \"positions\": [{{ ... }}]"
+                );
+                return missing(format!("the joint '{joint}' has no state"), expected);
             }
         }
         let sensors: Vec<&str> = self.bench.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
         if !has(&|meaning| matches!(meaning, Meaning::Sensor(_))) {
-            return Err(Malformed::new(Fault::Missing, "no column of the record is a sensor")
-                .expected(format!(
-                    "a column {} (or \"columns\": {{ \"{}\": its title }})",
-                    sensors.join(" or "),
-                    sensors.first().unwrap_or(&"")
-                ))
-                .found(format!("columns {}", crate::record::listed(record.columns())))
-                .in_file(record.name()));
+            let first = sensors.first().unwrap_or(&"");
+            let expected = format!("a column {} (or \"columns\": {{ \"{first}\": its title }})", sensors.join(" or "));
+            return missing("no column of the record is a sensor".into(), expected);
         }
         Ok(())
     }
@@ -472,13 +469,11 @@ impl<'a> RecordRows<'a> {
         if let Some((to, time)) = time_slot.and_then(|slot| block.columns.get_mut(slot)).zip(time) {
             to.extend(rows.iter().map(|k| time.at(*k)));
         }
-        let whole = count == self.raw.rows();
         for (read, raw) in self.read.iter().zip(&self.raw.columns) {
-            let converted: Vec<f64> = match (whole, read.slot.is_some() && read.slot == time_slot) {
-                (_, true) => continue,
-                (true, _) => raw.iter().map(|x| read.converted(*x)).collect(),
-                (false, _) => rows.iter().map(|k| read.converted(raw.at(*k))).collect(),
-            };
+            if read.slot.is_some() && read.slot == time_slot {
+                continue;
+            }
+            let converted: Vec<f64> = rows.iter().map(|k| read.converted(raw.at(*k))).collect();
             let target = read.meaning.list(&mut block.sensors, joints, &mut samples);
             if let Some(to) = read.slot.and_then(|slot| block.columns.get_mut(slot)) {
                 over(to, converted.iter().copied());

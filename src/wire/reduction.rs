@@ -168,13 +168,11 @@ impl Recipe {
         trace.observed = chosen.len();
         let mut unwrap = Unwrap::new(turn.unwrap_or(360.0));
         let mut selected: Vec<(usize, As)> = chosen.iter().map(|(_, k)| (*k, As::Number)).collect();
-        let place = |selected: &Vec<(usize, As)>, there: Option<usize>| there.map(|_| selected.len());
-        let time_at = place(&selected, time);
-        selected.extend(time.map(|k| (k, As::Time)));
-        let angle_at = place(&selected, angle);
-        selected.extend(angle.map(|k| (k, As::Number)));
-        let label_at = place(&selected, label);
-        selected.extend(label.map(|k| (k, As::Label)));
+        let [time_at, angle_at, label_at] =
+            [(time, As::Time), (angle, As::Number), (label, As::Label)].map(|(there, kind)| {
+                selected.extend(there.map(|k| (k, kind)));
+                there.map(|_| selected.len() - 1)
+            });
         record.select(&selected);
         let mut clock = self.clock.ticks(record, time)?;
         let (mut block, mut runs): (Block, Vec<(f64, u64, u64)>) = Default::default();
@@ -268,22 +266,19 @@ impl Recipe {
             })
             .map(|(k, column)| (column.name.clone(), k))
             .collect();
-        if let (true, None) = (chosen.is_empty(), &wanted) {
-            return Err(Malformed::new(Fault::Missing, "no column of the record holds numbers")
-                .expected("columns of numbers, or one that is named (--columns NAME)")
-                .found(record::listed(record.columns()))
-                .in_file(record.name()));
+        if !chosen.is_empty() {
+            return Ok(chosen);
         }
-        if chosen.is_empty() {
-            return Err(Malformed::new(Fault::Missing, "no column of the record is one that the bench reads")
+        let error = match wanted {
+            None => Malformed::new(Fault::Missing, "no column of the record holds numbers")
+                .expected("columns of numbers, or one that is named (--columns NAME)"),
+            Some(names) => Malformed::new(Fault::Missing, "no column of the record is one that the bench reads")
                 .expected(format!(
                     "one of {}, or \"columns\" that say which is which (--columns NAME=TITLE)",
-                    wanted.unwrap_or_default().join(", ")
-                ))
-                .found(record::listed(record.columns()))
-                .in_file(record.name()));
-        }
-        Ok(chosen)
+                    names.join(", ")
+                )),
+        };
+        Err(error.found(record::listed(record.columns())).in_file(record.name()))
     }
 }
 

@@ -130,12 +130,10 @@ impl TruthFile {
                     .at_path(format!("{path}.sd")));
             }
             if let Some(noise) = noise.get_mut(slot) {
-                let to = match n.unit.as_deref() {
-                    Some(unit) => {
-                        campaign.sensor_conversion(slot, unit).map_err(|e| e.at_path(format!("{path}.unit")))?
-                    }
-                    None => Conversion::NONE,
-                };
+                let to = n.unit.as_deref().map_or(Ok(Conversion::NONE), |unit| {
+                    let to = campaign.conversion(unit, campaign.sensor_unit(slot), &format!("sensor '{id}'"));
+                    to.map_err(|e| e.at_path(format!("{path}.unit")))
+                })?;
                 *noise = DrawnNoise { sd: to.of_differences().apply(n.sd), stated: n.stated, decimals: n.decimals };
             }
         }

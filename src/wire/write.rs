@@ -1,9 +1,8 @@
 //! Domain types back to files: what `simulate` and the repair of a model write.
 
 use super::bench_file::{BenchFile, DirectionFile, LinkFile, SensorFile};
+use super::bounds_file::{ConstraintFile, limits_file};
 use super::campaign_file::{BenchRef, CampaignFile, KnownEntry, ReadingsRef};
-use super::constraint_file::ConstraintFile;
-use super::limits_file::limits_file;
 use super::{Cell, DerivedFile, Named, ReadingFile, SiteFile};
 use crate::bench::{Axis, Bench, DerivedQuantity, Link, Sensor};
 use crate::campaign::{Asked, Campaign, Constraint, Decision, Derived, Kind, Reading, Role, joint_keys};

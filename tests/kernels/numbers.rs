@@ -1,6 +1,6 @@
 //! Floats that become counts, and long numbers that become short ones.
 
-use crate::number::{below, count, count_u64, index, low_half, signed, single, unsigned, whole, whole_i64};
+use crate::number::{below, count, count_u64, index, signed, single, unsigned, whole, whole_i64};
 
 #[test]
 fn counts_of_floats_saturate() {
@@ -40,11 +40,6 @@ fn draws_stay_below_their_end() {
     // the bits cut [0, 2^64) into `below` equal parts
     assert_eq!((below((1 << 63) - 1, 2), below(1 << 63, 2)), (0, 1));
     assert_eq!(below(u64::MAX, usize::MAX), usize::MAX - 1);
-}
-
-#[test]
-fn lower_bits_are_kept() {
-    assert_eq!((low_half(0x1_2345_6789), low_half(7)), (0x2345_6789, 7));
 }
 
 #[test]
