@@ -15,14 +15,38 @@ pub(crate) trait Elements {
     fn at(&self, k: usize) -> Self::Element<'_>;
 }
 
-impl Elements for [f64] {
-    type Element<'a> = f64;
+/// What stands for an element that a list has not.
+pub(crate) trait Absent: Copy {
+    const ABSENT: Self;
+}
+
+impl Absent for f64 {
+    const ABSENT: f64 = f64::NAN;
+}
+
+impl Absent for usize {
+    const ABSENT: usize = usize::MAX;
+}
+
+impl<const N: usize> Absent for [f64; N] {
+    const ABSENT: [f64; N] = [f64::NAN; N];
+}
+
+impl Absent for &'static str {
+    const ABSENT: &'static str = "?";
+}
+
+impl<T: Absent> Elements for [T] {
+    type Element<'a>
+        = T
+    where
+        Self: 'a;
 
     #[inline]
     #[track_caller]
-    fn at(&self, k: usize) -> f64 {
-        debug_assert!(k < self.len(), "number {k} of {}", self.len());
-        self.get(k).copied().unwrap_or(f64::NAN)
+    fn at(&self, k: usize) -> T {
+        debug_assert!(k < self.len(), "element {k} of {}", self.len());
+        self.get(k).copied().unwrap_or(T::ABSENT)
     }
 }
 
@@ -36,17 +60,6 @@ impl OrNan for [f64] {
     #[inline]
     fn or_nan(&self, k: usize) -> f64 {
         self.get(k).copied().unwrap_or(f64::NAN)
-    }
-}
-
-impl Elements for [usize] {
-    type Element<'a> = usize;
-
-    #[inline]
-    #[track_caller]
-    fn at(&self, k: usize) -> usize {
-        debug_assert!(k < self.len(), "place {k} of {}", self.len());
-        self.get(k).copied().unwrap_or(usize::MAX)
     }
 }
 
@@ -75,28 +88,6 @@ impl<T> Elements for [&Vec<T>] {
     fn at(&self, k: usize) -> &[T] {
         debug_assert!(k < self.len(), "list {k} of {}", self.len());
         self.get(k).map(|list| list.as_slice()).unwrap_or_default()
-    }
-}
-
-impl<const N: usize> Elements for [[f64; N]] {
-    type Element<'a> = [f64; N];
-
-    #[inline]
-    #[track_caller]
-    fn at(&self, k: usize) -> [f64; N] {
-        debug_assert!(k < self.len(), "numbers {k} of {}", self.len());
-        self.get(k).copied().unwrap_or([f64::NAN; N])
-    }
-}
-
-impl Elements for [&'static str] {
-    type Element<'a> = &'static str;
-
-    #[inline]
-    #[track_caller]
-    fn at(&self, k: usize) -> &'static str {
-        debug_assert!(k < self.len(), "name {k} of {}", self.len());
-        self.get(k).copied().unwrap_or("?")
     }
 }
 
