@@ -77,20 +77,6 @@ impl<T> Elements for [Vec<T>] {
     }
 }
 
-impl<T> Elements for [&Vec<T>] {
-    type Element<'a>
-        = &'a [T]
-    where
-        Self: 'a;
-
-    #[inline]
-    #[track_caller]
-    fn at(&self, k: usize) -> &[T] {
-        debug_assert!(k < self.len(), "list {k} of {}", self.len());
-        self.get(k).map(|list| list.as_slice()).unwrap_or_default()
-    }
-}
-
 /// Parts of a list by a range that lies within it.
 pub(crate) trait Parts<T> {
     /// The elements of `range`; none if it is not within the list.
