@@ -164,7 +164,6 @@ fn conclude(
     }
     let reported = restricted.as_ref().unwrap_or(&theta);
     let groups = problem.groups;
-    let undetermined = |g: usize| !kept.contains(&g);
     let mut free: Vec<usize> = kept.iter().copied().filter(|g| !at_floor[*g] || *g < groups).collect();
     // a correlation time that was estimated costs what a variance costs
     let mut leaning = vec![None; problem.lines.len()];
@@ -236,7 +235,7 @@ fn conclude(
     };
     let leans = leaning.iter().map(|own| own.map(|c: usize| (c, around(&inference.gamma[c])))).collect();
     Ok(Scattered {
-        group_variance: (0..groups).map(|g| (!undetermined(g)).then(|| reported[g])).collect(),
+        group_variance: (0..groups).map(|g| kept.contains(&g).then(|| reported[g])).collect(),
         weighed_with: theta[..groups].to_vec(),
         weighed_lines: problem.variances(&theta),
         variance,

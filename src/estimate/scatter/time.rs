@@ -264,10 +264,6 @@ impl Chains {
         Ok(Some(chains))
     }
 
-    fn gather(&self, noises: &[TimeNoise], derivatives: bool) -> Result<Vec<Part>> {
-        self.series.iter().zip(noises).map(|(series, noise)| series.part(*noise, derivatives)).collect()
-    }
-
     /// The top of the likelihood, from variances and correlation times nearby if there are some.
     fn top(self, problem: &Problem<'_>, start: &[f64], known: &[f64]) -> Result<Along> {
         let count = problem.members.count;
@@ -278,7 +274,9 @@ impl Chains {
             let mut look = |s: usize, noise: TimeNoise| self.series[s].part(noise, false);
             self.model.begin(&self.plain, &mut look)?
         };
-        let mut gather = |noises: &[TimeNoise]| self.gather(noises, true);
+        let mut gather = |noises: &[TimeNoise]| {
+            self.series.iter().zip(noises).map(|(series, noise)| series.part(*noise, true)).collect()
+        };
         let top = self.model.top(&begin, NEWTON_STEPS, &mut gather)?;
         Ok(Along { model: self.model, top, directions: self.directions, times: self.times })
     }
@@ -292,13 +290,9 @@ impl NoiseModel {
         plain: &[(f64, f64)],
         look: &mut dyn FnMut(usize, TimeNoise) -> Result<Part>,
     ) -> Result<Vec<f64>> {
-        let mut noises = Vec::with_capacity(plain.len());
-        let mut parts = Vec::with_capacity(plain.len());
-        for (s, (factor, _)) in plain.iter().enumerate() {
-            let noise = TimeNoise { white: *factor, deviation: 0.0, tau: 1.0 };
-            noises.push(noise);
-            parts.push(look(s, noise)?);
-        }
+        let white = |(factor, _): &(f64, f64)| TimeNoise { white: *factor, deviation: 0.0, tau: 1.0 };
+        let mut noises: Vec<TimeNoise> = plain.iter().map(white).collect();
+        let mut parts = noises.iter().enumerate().map(|(s, noise)| look(s, *noise)).collect::<Result<Vec<Part>>>()?;
         let mut at = vec![0.0; self.range.len()];
         for s in 0..plain.len() {
             let own = self.parts[s];
@@ -308,8 +302,7 @@ impl NoiseModel {
                 parts[s] = look(s, noise)?;
                 self.parts.iter().zip(&noises).for_each(|(own, noise)| own.set(*noise, &mut at));
                 // a part that is not looked for yet is white
-                let white: Vec<PartNoise> =
-                    self.parts.iter().zip(&noises).map(|(_, noise)| PartNoise::known(*noise)).collect();
+                let white = noises.iter().map(|noise| PartNoise::known(*noise)).collect();
                 let here = NoiseModel { parts: white, range: Vec::new(), columns: self.columns };
                 let Some(found) = here.likelihood(&[], &parts) else { continue };
                 if best.as_ref().is_none_or(|(least, ..)| found.deviance < *least) {
