@@ -119,7 +119,7 @@ pub(crate) fn step_scattered(
                 Some(_) => (start.to_vec(), problem.whitening(problem.lines, start)),
                 None => problem.walk(start)?,
             };
-            let found = solve(&problem.white(&whitening), &ScaleHints::default(), settings)?;
+            let found = solve(&whitening.system(&system.rows, &system.observed), &ScaleHints::default(), settings)?;
             (theta, whitening, found)
         }
         Some(fewer) => {
@@ -128,7 +128,11 @@ pub(crate) fn step_scattered(
             // ranks are judged as those of all rows
             let tolerance = settings.rank_tolerance.unwrap_or_else(|| rank_tolerance(system.shape()));
             let settings = Settings { rank_tolerance: Some(tolerance), ..*settings };
-            let found = solve(&small.white(&whitening), &ScaleHints::default(), &settings)?;
+            let found = solve(
+                &whitening.system(&small.system.rows, &small.system.observed),
+                &ScaleHints::default(),
+                &settings,
+            )?;
             let whitening = problem.whitening(problem.lines, &theta);
             (theta, whitening, found)
         }
