@@ -15,39 +15,51 @@ pub(crate) trait Elements {
     fn at(&self, k: usize) -> Self::Element<'_>;
 }
 
-/// Values with one that no reader takes for a result.
-pub(crate) trait Missing: Copy {
-    /// What an element outside is read as.
-    const MISSING: Self;
+/// What stands for an element that a list has not.
+pub(crate) trait Absent: Copy {
+    const ABSENT: Self;
 }
 
-impl Missing for f64 {
-    const MISSING: f64 = f64::NAN;
+impl Absent for f64 {
+    const ABSENT: f64 = f64::NAN;
 }
 
-impl Missing for usize {
-    const MISSING: usize = usize::MAX;
+impl Absent for usize {
+    const ABSENT: usize = usize::MAX;
 }
 
-impl<const N: usize> Missing for [f64; N] {
-    const MISSING: [f64; N] = [f64::NAN; N];
+impl<const N: usize> Absent for [f64; N] {
+    const ABSENT: [f64; N] = [f64::NAN; N];
 }
 
-impl Missing for &'static str {
-    const MISSING: &'static str = "?";
+impl Absent for &'static str {
+    const ABSENT: &'static str = "?";
 }
 
-impl<T: Missing> Elements for [T] {
+impl<T: Absent> Elements for [T] {
     type Element<'a>
         = T
     where
-        T: 'a;
+        Self: 'a;
 
     #[inline]
     #[track_caller]
     fn at(&self, k: usize) -> T {
-        debug_assert!(k < self.len(), "place {k} of {}", self.len());
-        self.get(k).copied().unwrap_or(T::MISSING)
+        debug_assert!(k < self.len(), "element {k} of {}", self.len());
+        self.get(k).copied().unwrap_or(T::ABSENT)
+    }
+}
+
+/// Numbers whose count the caller of a public function chose.
+pub(crate) trait OrNan {
+    /// Number `k`, NaN where there is none.
+    fn or_nan(&self, k: usize) -> f64;
+}
+
+impl OrNan for [f64] {
+    #[inline]
+    fn or_nan(&self, k: usize) -> f64 {
+        self.get(k).copied().unwrap_or(f64::NAN)
     }
 }
 
@@ -62,19 +74,6 @@ impl<T> Elements for [Vec<T>] {
     fn at(&self, k: usize) -> &[T] {
         debug_assert!(k < self.len(), "list {k} of {}", self.len());
         self.get(k).map(Vec::as_slice).unwrap_or_default()
-    }
-}
-
-/// Numbers whose count the caller of a public function chose.
-pub(crate) trait OrNan {
-    /// Number `k`, NaN where there is none.
-    fn or_nan(&self, k: usize) -> f64;
-}
-
-impl OrNan for [f64] {
-    #[inline]
-    fn or_nan(&self, k: usize) -> f64 {
-        self.get(k).copied().unwrap_or(f64::NAN)
     }
 }
 

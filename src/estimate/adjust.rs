@@ -156,8 +156,6 @@ pub struct Solution {
     pub residuals: Vec<f64>,
     /// Scale of each estimated group where there are several or some rows are known; otherwise 1.
     pub group_scale: Vec<f64>,
-    /// Whether the scales settled.
-    pub group_converged: bool,
 }
 
 /// The solution of [`adjust`] without its diagnostics, from rows compressed to a triangle for each group: the same to rounding times the
@@ -174,7 +172,7 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
         let factor = Factor::new(system.rows.as_ref(), weight, system.observed.len(), settings.rank_tolerance)?;
         let found = factor.refined(system.rows.as_ref(), &system.observed, settings.refinements.min(1));
         let (rank, group_scale) = (factor.rank(), vec![1.0; count]);
-        Solution { solution: found.solution, rank, residuals: found.residuals, group_scale, group_converged: true }
+        Solution { solution: found.solution, rank, residuals: found.residuals, group_scale }
     } else {
         let compressed = Compressed::new(system, count);
         let scales = match plain {
@@ -185,7 +183,7 @@ pub fn solve(system: &System, hints: &ScaleHints<'_>, settings: &Settings) -> Re
         let factor = compressed.factor(|g| group_scale[g], settings)?;
         let solution = compressed.solve(&factor, 1).solution;
         let residuals = system.residuals(&solution);
-        Solution { solution, rank: factor.rank(), residuals, group_scale, group_converged: scales.converged }
+        Solution { solution, rank: factor.rank(), residuals, group_scale }
     };
     let finite = found.solution.iter().chain(&found.residuals).all(|value| value.is_finite());
     if finite { Ok(found) } else { Err(out_of_range()) }

@@ -95,7 +95,8 @@ pub(super) fn nearest(size: usize, faces: &[Face]) -> Answer {
         rows.extend(own);
     }
     let quadratic = CscMatrix::identity(size);
-    let matrix = csc(&rows, size);
+    let column = |j: usize| rows.iter().enumerate().map(move |(i, (row, _))| (i, row[j]));
+    let matrix = csc(rows.len(), (0..size).map(column));
     let values: Vec<f64> = rows.iter().map(|(_, value)| *value).collect();
     let settings = solver_settings(200);
     let linear = vec![0.0; size];
@@ -130,19 +131,19 @@ pub(super) fn nearest(size: usize, faces: &[Face]) -> Answer {
     }
 }
 
-/// Rows of a sparse matrix, as compressed columns.
-fn csc(rows: &[(Vec<f64>, f64)], columns: usize) -> CscMatrix<f64> {
+/// A sparse matrix of so many rows from its columns: row and element, in the order of the rows.
+pub(crate) fn csc<C: IntoIterator<Item = (usize, f64)>>(
+    rows: usize,
+    columns: impl Iterator<Item = C>,
+) -> CscMatrix<f64> {
     let (mut start, mut index, mut value) = (vec![0], Vec::new(), Vec::new());
-    for j in 0..columns {
-        for (i, (row, _)) in rows.iter().enumerate() {
-            if let Some(entry) = row.get(j).filter(|entry| **entry != 0.0) {
-                index.push(i);
-                value.push(*entry);
-            }
-        }
+    for column in columns {
+        let (own, elements): (Vec<usize>, Vec<f64>) = column.into_iter().filter(|(_, own)| *own != 0.0).unzip();
+        index.extend(own);
+        value.extend(elements);
         start.push(index.len());
     }
-    CscMatrix::new(rows.len(), columns, start, index, value)
+    CscMatrix::new(rows, start.len() - 1, start, index, value)
 }
 
 // From a good guess of the active constraints to the last digit: Newton's method on the Lagrange conditions, and a check of every sign.

@@ -45,7 +45,7 @@ pub(crate) use adjust::ScaleUncertainty;
 pub use adjust::{Estimate, adjust, solve};
 pub(crate) use basis::{Combination, Coupling};
 pub(crate) use compensated::Sum;
-pub(crate) use cone_program::solver_settings;
+pub(crate) use cone_program::{csc, solver_settings};
 pub(crate) use equalities::{Elimination, adjust_on_hinted};
 pub use equalities::{Equation, Equations, adjust_on};
 pub(crate) use factor::{Factor, Unknowns, product_by_rows};

@@ -14,12 +14,11 @@
 
 use crate::elements::{Elements, Parts};
 use crate::error::Result;
-use crate::estimate::{self, Estimate, Group, System, adjust, solver_settings};
+use crate::estimate::{self, Estimate, Group, System, adjust, csc, solver_settings};
 use crate::linear::{norm, normalise, project};
 use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 use crate::vocabulary::vocabulary;
-use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSolver, IPSolver, SupportedConeT};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -261,23 +260,13 @@ fn least_absolute(system: &System, plain: &Estimate, readings: usize) -> (Vec<f6
         if sum > 0.0 { sum / m as f64 } else { return (plain.unknowns.solution.clone(), true) }
     };
     // columns: v (in `unit`s), then t of each reading
-    let (mut start, mut index, mut value) = (vec![0], Vec::new(), Vec::new());
-    for k in 0..rank {
-        for i in 0..readings {
-            let a = weight(i) * moved[(i, k)];
-            if a != 0.0 {
-                index.extend([2 * i, 2 * i + 1]);
-                value.extend([-a, a]);
-            }
-        }
-        start.push(index.len());
-    }
-    for i in 0..readings {
-        index.extend([2 * i, 2 * i + 1]);
-        value.extend([-1.0, -1.0]);
-        start.push(index.len());
-    }
-    let constraints = CscMatrix::new(2 * readings, rank + readings, start, index, value);
+    let pair = |i: usize, [below, above]: [f64; 2]| [(2 * i, below), (2 * i + 1, above)];
+    let of_v = |k: usize| -> Vec<(usize, f64)> {
+        let one = |i: usize| weight(i) * moved[(i, k)];
+        (0..readings).flat_map(|i| pair(i, [-one(i), one(i)])).collect()
+    };
+    let of_t = |i: usize| pair(i, [-1.0, -1.0]).to_vec();
+    let constraints = csc(2 * readings, (0..rank).map(of_v).chain((0..readings).map(of_t)));
     let bounds: Vec<f64> = (0..readings)
         .flat_map(|i| {
             let v = weight(i) * plain.residuals[i] / unit;
@@ -296,17 +285,8 @@ fn least_absolute(system: &System, plain: &Estimate, readings: usize) -> (Vec<f6
         }
     }
     linear.iter_mut().skip(rank).for_each(|c| *c = 1.0);
-    let (mut start, mut index, mut value) = (vec![0], Vec::new(), Vec::new());
-    for b in 0..rank + readings {
-        for a in 0..=b.min(rank.saturating_sub(1)) {
-            if b < rank && quadratic[(a, b)] != 0.0 {
-                index.push(a);
-                value.push(quadratic[(a, b)]);
-            }
-        }
-        start.push(index.len());
-    }
-    let quadratic = CscMatrix::new(rank + readings, rank + readings, start, index, value);
+    let upper = |b: usize| (0..if b < rank { b + 1 } else { 0 }).map(|a| (a, quadratic[(a, b)])).collect::<Vec<_>>();
+    let quadratic = csc(rank + readings, (0..rank + readings).map(upper));
     let settings = solver_settings(300);
     let cones = [SupportedConeT::NonnegativeConeT(2 * readings)];
     let Ok(mut solver) = DefaultSolver::new(&quadratic, &linear, &constraints, &bounds, &cones, settings) else {

@@ -10,8 +10,7 @@
 //! | `cells.rs` | the record in some thousand cells: its slope, its gaps, and what noise is in averages over all of it |
 //! | `edf.rs` | equivalent degrees of freedom and chi-square intervals |
 //! | `covariance.rs` | how deviations at different averaging times are correlated |
-//! | `coefficients.rs` | Q, N, B, K, R: which of them are there by the likelihood of their sum, and how large |
-//! | `field_units.rs` | their units in the field |
+//! | `coefficients.rs` | Q, N, B, K, R: which of them are there by the likelihood of their sum, how large, and in which units of the field |
 //!
 //! Averaging times are in seconds, deviations in the record's unit. Deliberately absent: reading records (`record`), plots (`report`).
 
@@ -19,13 +18,11 @@ mod cells;
 mod coefficients;
 mod covariance;
 mod edf;
-mod field_units;
 mod ladder;
 
 pub use coefficients::Term;
-pub(crate) use coefficients::{Agreement, Change, Coefficients};
+pub(crate) use coefficients::{Agreement, Change, Coefficients, field_unit, si_factor};
 pub(crate) use edf::{Kind, equivalent_dof, interval};
-pub(crate) use field_units::{field_unit, si_factor};
 pub use ladder::Ladder;
 pub(crate) use ladder::Sums;
 

@@ -119,7 +119,7 @@ pub(crate) fn step_scattered(
                 Some(_) => (start.to_vec(), problem.whitening(problem.lines, start)),
                 None => problem.walk(start)?,
             };
-            let found = solve(&problem.white(&whitening), &ScaleHints::default(), settings)?;
+            let found = solve(&whitening.system(&system.rows, &system.observed), &ScaleHints::default(), settings)?;
             (theta, whitening, found)
         }
         Some(fewer) => {
@@ -128,7 +128,11 @@ pub(crate) fn step_scattered(
             // ranks are judged as those of all rows
             let tolerance = settings.rank_tolerance.unwrap_or_else(|| rank_tolerance(system.shape()));
             let settings = Settings { rank_tolerance: Some(tolerance), ..*settings };
-            let found = solve(&small.white(&whitening), &ScaleHints::default(), &settings)?;
+            let found = solve(
+                &whitening.system(&small.system.rows, &small.system.observed),
+                &ScaleHints::default(),
+                &settings,
+            )?;
             let whitening = problem.whitening(problem.lines, &theta);
             (theta, whitening, found)
         }
@@ -164,7 +168,6 @@ fn conclude(
     }
     let reported = restricted.as_ref().unwrap_or(&theta);
     let groups = problem.groups;
-    let undetermined = |g: usize| !kept.contains(&g);
     let mut free: Vec<usize> = kept.iter().copied().filter(|g| !at_floor[*g] || *g < groups).collect();
     // a correlation time that was estimated costs what a variance costs
     let mut leaning = vec![None; problem.lines.len()];
@@ -236,7 +239,7 @@ fn conclude(
     };
     let leans = leaning.iter().map(|own| own.map(|c: usize| (c, around(&inference.gamma[c])))).collect();
     Ok(Scattered {
-        group_variance: (0..groups).map(|g| (!undetermined(g)).then(|| reported[g])).collect(),
+        group_variance: (0..groups).map(|g| kept.contains(&g).then(|| reported[g])).collect(),
         weighed_with: theta[..groups].to_vec(),
         weighed_lines: problem.variances(&theta),
         variance,

@@ -129,18 +129,13 @@ impl<'a> Problem<'a> {
         Whitening::new(&self.pattern, &sd, lines, &self.variances(theta))
     }
 
-    /// The rows in the form that a whitening gives them.
-    pub fn white(&self, whitening: &Whitening) -> System {
-        whitening.system(&self.system.rows, &self.system.observed)
-    }
-
     /// The adjustment at these variances of the components; `None` where they are no covariance.
     pub fn at(&self, lines: &[ScatterLine], theta: &[f64]) -> Result<Option<Point>> {
         let whitening = self.whitening(lines, theta);
         if !whitening.is_positive() {
             return Ok(None);
         }
-        let estimate = self.adjust(&self.white(&whitening))?;
+        let estimate = self.adjust(&whitening.system(&self.system.rows, &self.system.observed))?;
         let factor = &estimate.factor;
         let mut deviance = whitening.log_determinant() + estimate.sum_of_squares;
         let gone = self.left_out.rows.iter().zip(theta).filter(|(count, _)| **count > 0.0);

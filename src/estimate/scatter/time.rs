@@ -39,15 +39,8 @@ pub(super) struct Along {
     pub top: Top,
     /// How the unknowns follow the columns that the parts have.
     pub directions: Mat<f64>,
-    /// For each free parameter, the component or the line whose correlation time it is.
-    pub meaning: Vec<Meaning>,
-}
-
-/// What a free parameter is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Meaning {
-    Component(usize),
-    Time(usize),
+    /// For each free parameter behind those of the components, the line whose correlation time it is.
+    pub times: Vec<usize>,
 }
 
 /// Steps of the search need no more digits than the deviance has.
@@ -77,22 +70,17 @@ pub(super) fn with_times(problem: &Problem<'_>, start: &[f64], known: &[f64]) ->
     let mut own = lines.to_vec();
     if let Some(chains) = Chains::of(problem)? {
         let along = chains.top(problem, start, known)?;
-        let time = |k: usize| along.meaning.iter().position(|own| *own == Meaning::Time(k));
+        let count = problem.members.count;
         let spread = super::restricted::spread(&along.top.found.bend, &along.inside());
         let mut found = Vec::with_capacity(open.len());
         for k in &open {
-            let Some(at) = time(*k) else { continue };
+            let Some(at) = along.times.iter().position(|own| own == k).map(|place| count + place) else { continue };
             let tau = along.top.at[at].exp();
             set(&mut own, *k, tau);
             let u = Some(tau * spread[(at, at)].sqrt()).filter(|u| *u > 0.0 && u.is_finite());
             found.push((*k, tau, u));
         }
-        let mut theta = vec![1.0; problem.members.count];
-        for (meaning, x) in along.meaning.iter().zip(&along.top.at) {
-            if let Meaning::Component(c) = meaning {
-                theta[*c] = x.exp();
-            }
-        }
+        let theta = along.top.at[..count].iter().map(|x| x.exp()).collect();
         return Ok(Timed { lines: Some(own), found, start: theta, along: Some(along) });
     }
     let mut at = known.to_vec();
@@ -172,7 +160,7 @@ impl Series {
 struct Chains {
     series: Vec<Series>,
     model: NoiseModel,
-    meaning: Vec<Meaning>,
+    times: Vec<usize>,
     directions: Mat<f64>,
     /// Variance factor of each series' white noise as if nothing else scattered, and variance of its relative noise.
     plain: Vec<(f64, f64)>,
@@ -216,11 +204,10 @@ impl Chains {
         let mut chains = Chains {
             series: Vec::with_capacity(parts.len()),
             model: NoiseModel { parts: Vec::with_capacity(parts.len()), range: vec![(0.0, 0.0); count], columns: n },
-            meaning: (0..count).map(Meaning::Component).collect(),
+            times: Vec::new(),
             directions: plain.factor.whitened_directions(),
             plain: Vec::with_capacity(parts.len()),
         };
-        let mut times = vec![None; lines.len()];
         for ((line, group), mut rows) in parts {
             rows.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
             let by = |row: usize| own[row].map_or(1.0, |(.., by)| by);
@@ -260,11 +247,14 @@ impl Chains {
                 };
                 let time = match memory.tau {
                     Some(tau) => Slot::Stated(tau),
-                    None => Slot::Free(*times[k].get_or_insert_with(|| {
-                        chains.model.range.push(range(&lines[k]));
-                        chains.meaning.push(Meaning::Time(k));
-                        chains.meaning.len() - 1
-                    })),
+                    None => {
+                        if chains.times.last() != Some(&k) {
+                            // parts come line by line
+                            chains.model.range.push(range(&lines[k]));
+                            chains.times.push(k);
+                        }
+                        Slot::Free(count + chains.times.len() - 1)
+                    }
                 };
                 Some((size, time))
             });
@@ -274,24 +264,21 @@ impl Chains {
         Ok(Some(chains))
     }
 
-    fn gather(&self, noises: &[TimeNoise], derivatives: bool) -> Result<Vec<Part>> {
-        self.series.iter().zip(noises).map(|(series, noise)| series.part(*noise, derivatives)).collect()
-    }
-
     /// The top of the likelihood, from variances and correlation times nearby if there are some.
     fn top(self, problem: &Problem<'_>, start: &[f64], known: &[f64]) -> Result<Along> {
         let count = problem.members.count;
-        let nearby =
-            start.len() == count && count + known.len() == self.meaning.len() && start.iter().all(|t| *t > 0.0);
+        let nearby = start.len() == count && known.len() == self.times.len() && start.iter().all(|t| *t > 0.0);
         let begin = if nearby {
             start.iter().chain(known).map(|x| x.ln()).collect()
         } else {
             let mut look = |s: usize, noise: TimeNoise| self.series[s].part(noise, false);
             self.model.begin(&self.plain, &mut look)?
         };
-        let mut gather = |noises: &[TimeNoise]| self.gather(noises, true);
+        let mut gather = |noises: &[TimeNoise]| {
+            self.series.iter().zip(noises).map(|(series, noise)| series.part(*noise, true)).collect()
+        };
         let top = self.model.top(&begin, NEWTON_STEPS, &mut gather)?;
-        Ok(Along { model: self.model, top, directions: self.directions, meaning: self.meaning })
+        Ok(Along { model: self.model, top, directions: self.directions, times: self.times })
     }
 }
 
@@ -303,13 +290,9 @@ impl NoiseModel {
         plain: &[(f64, f64)],
         look: &mut dyn FnMut(usize, TimeNoise) -> Result<Part>,
     ) -> Result<Vec<f64>> {
-        let mut noises = Vec::with_capacity(plain.len());
-        let mut parts = Vec::with_capacity(plain.len());
-        for (s, (factor, _)) in plain.iter().enumerate() {
-            let noise = TimeNoise { white: *factor, deviation: 0.0, tau: 1.0 };
-            noises.push(noise);
-            parts.push(look(s, noise)?);
-        }
+        let white = |(factor, _): &(f64, f64)| TimeNoise { white: *factor, deviation: 0.0, tau: 1.0 };
+        let mut noises: Vec<TimeNoise> = plain.iter().map(white).collect();
+        let mut parts = noises.iter().enumerate().map(|(s, noise)| look(s, *noise)).collect::<Result<Vec<Part>>>()?;
         let mut at = vec![0.0; self.range.len()];
         for s in 0..plain.len() {
             let own = self.parts[s];
@@ -319,8 +302,7 @@ impl NoiseModel {
                 parts[s] = look(s, noise)?;
                 self.parts.iter().zip(&noises).for_each(|(own, noise)| own.set(*noise, &mut at));
                 // a part that is not looked for yet is white
-                let white: Vec<PartNoise> =
-                    self.parts.iter().zip(&noises).map(|(_, noise)| PartNoise::known(*noise)).collect();
+                let white = noises.iter().map(|noise| PartNoise::known(*noise)).collect();
                 let here = NoiseModel { parts: white, range: Vec::new(), columns: self.columns };
                 let Some(found) = here.likelihood(&[], &parts) else { continue };
                 if best.as_ref().is_none_or(|(least, ..)| found.deviance < *least) {
@@ -384,16 +366,14 @@ impl PartNoise {
 impl Along {
     /// Parameters whose information is told: those inside their ranges.
     pub fn inside(&self) -> Vec<usize> {
-        (0..self.meaning.len()).filter(|k| !self.top.at_end[*k]).collect()
+        (0..self.top.at.len()).filter(|k| !self.top.at_end[*k]).collect()
     }
 
     /// Covariance of the estimated variances, relative, `count` of them: components, then correlation times as `leaning` numbers them; and what estimating
     /// them adds to the covariance of the unknowns.
     pub fn costs(&self, count: usize, leaning: &[Option<usize>]) -> (Mat<f64>, Mat<f64>) {
-        let place = |k: usize| match self.meaning[k] {
-            Meaning::Component(c) => Some(c),
-            Meaning::Time(line) => leaning[line],
-        };
+        let components = self.top.at.len() - self.times.len();
+        let place = |k: usize| k.checked_sub(components).map_or(Some(k), |time| leaning[self.times[time]]);
         let among: Vec<usize> = self.inside().into_iter().filter(|k| place(*k).is_some()).collect();
         let (own, correction) = self.top.found.costs(&self.model, &among);
         let mut spread = Mat::zeros(count, count);
@@ -411,12 +391,7 @@ impl Problem<'_> {
     pub(super) fn ended_along(&mut self, along: &Along, theta: &[f64]) -> Result<Option<Ended>> {
         let point = self.at_or_fail(theta)?;
         let inference = self.inference(&point);
-        let mut at_floor = vec![false; self.members.count];
-        for (meaning, end) in along.meaning.iter().zip(&along.top.at_end) {
-            if let Meaning::Component(c) = meaning {
-                at_floor[*c] = *end;
-            }
-        }
+        let at_floor = along.top.at_end[..self.members.count].to_vec();
         let separated = self.separated(&inference);
         if (0..self.members.count).any(|c| !at_floor[c] && !separated.contains(&c)) {
             return Ok(None);
