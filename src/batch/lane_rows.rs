@@ -50,8 +50,6 @@ pub(super) struct SensorLine {
     u: Option<usize>,
     /// Is its value a reference, and no reading?
     pub(super) is_reference: bool,
-    /// Columns of the design that it has no part in.
-    absent: Vec<usize>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -140,7 +138,7 @@ impl Lanes {
             let own = bench.sensors.get(sensor)?;
             let (u, is_reference) = (cell(&format!("{}_u", own.id)), own.is_reference());
             if is_exact {
-                return Some(SensorLine { line: None, from: Vec::new(), u, is_reference, absent: Vec::new() });
+                return Some(SensorLine { line: None, from: Vec::new(), u, is_reference });
             }
             let line = model.column_line(sensor)?;
             let from = |read: &Read| match read {
@@ -148,9 +146,7 @@ impl Lanes {
                 Read::Parameter(k) => Some(From::Fixed(*reference.get(*k)?, (*k < n).then_some(*k))),
             };
             let from: Vec<From> = line.reads().iter().map(from).collect::<Option<_>>()?;
-            let has = |j: &usize| from.iter().any(|source| matches!(source, From::Fixed(_, Some(k)) if k == j));
-            let absent = (0..n).filter(|j| !has(j)).collect();
-            Some(SensorLine { line: Some(line), from, u, is_reference, absent })
+            Some(SensorLine { line: Some(line), from, u, is_reference })
         };
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
         let (width, samples) = (inputs.len(), cell("n"));
@@ -238,29 +234,20 @@ impl Lanes {
                 }
             }
             let Places { inputs, values, gradient, lists: room } = &mut *places;
+            // rows that follow the point are predicted elsewhere
+            values.clear();
             values.resize(places_here, 0.0);
-            if line.line.is_none() {
-                // rows that follow the point are predicted elsewhere
-                values.fill(0.0);
-            }
             gradient.resize(lists, 0.0);
             if let Some(line) = &line.line {
                 let inputs = &inputs[..lists];
                 line.gradient(arch, places_here, inputs, room, (values, gradient));
             }
-            let mut put = |j: usize, from: Option<&[f64]>| {
-                let to = eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut();
-                match from {
-                    Some(from) => to.copy_from_slice(from),
-                    None => to.fill(0.0),
-                }
-            };
+            (0..n).for_each(|j| eight.rows[j * m + begin..j * m + begin + count].fill([0.0; LANES]));
             for (from, list) in line.from.iter().zip(gradient.chunks_exact(places_here.max(1))) {
                 if let From::Fixed(_, Some(j)) = from {
-                    put(*j, Some(list));
+                    eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut().copy_from_slice(list);
                 }
             }
-            line.absent.iter().for_each(|j| put(*j, None));
             for l in 0..LANES {
                 let Some(device) = devices.get(l).or(devices.last()) else { continue };
                 let read = (0..device.rows).filter_map(|row| {

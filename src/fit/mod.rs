@@ -379,16 +379,17 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let settled_there = convergence.as_ref().is_some_and(|record| record.converged);
     let assembled = if settled_there { None } else { Some(design::assemble(campaign, &model, &point)?) };
     let at_solution = assembled.as_ref().unwrap_or(&design);
-    let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
+    let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.own.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let (tested, adjusted, shared) = step.tested();
     // with an estimated variance among them, chi-square is what that variance makes it
-    let stated = step.noise.sources.iter().all(|source| !source.estimated);
+    let stated = step.own.noise.sources.iter().all(|source| !source.estimated);
     let global_test = quality::global_test(tested, adjusted, settings.level).filter(|_| stated);
     let mut quality = quality::rows(tested, adjusted, shared);
     quality.truncate(step.system.observed.len());
-    quality.iter_mut().zip(&step.estimate.residuals).for_each(|(own, v)| own.residual = *v);
-    let step::Step { system, estimate, mut noise, on_face, constraints, robust, settled, scattered, .. } = step;
+    quality.iter_mut().zip(&step.own.estimate.residuals).for_each(|(own, v)| own.residual = *v);
+    let step::Step { system, own, on_face, constraints, .. } = step;
+    let step::Adjusted { estimate, mut noise, robust, settled, scattered, .. } = own;
     let known = parameters::known_inputs(campaign, at_solution, &noise);
     let judged = (weak.as_slice(), judged_at.as_deref());
     let budgets = BudgetInputs::new(campaign, (&estimate, &noise), known, settings.level, judged);
