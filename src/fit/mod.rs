@@ -391,8 +391,15 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let step::Step { system, own, on_face, constraints, .. } = step;
     let step::Adjusted { estimate, mut noise, robust, settled, scattered, .. } = own;
     let known = parameters::known_inputs(campaign, at_solution, &noise);
-    let judged = (weak.as_slice(), judged_at.as_deref());
-    let budgets = BudgetInputs::new(campaign, (&estimate, &noise), known, settings.level, judged);
+    let budgets = BudgetInputs {
+        campaign,
+        estimate: &estimate,
+        noise: &noise,
+        known,
+        level: settings.level,
+        weak: &weak,
+        judged_at: judged_at.as_deref(),
+    };
     let free = if let Constraints::Met { free, .. } = &constraints { free } else { &point };
     let Told { parameters, covariance, derived, combinations, known: known_sensitivities } =
         budgets.told(&point, free, &constraints)?;

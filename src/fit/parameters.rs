@@ -109,11 +109,11 @@ pub(crate) fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
 ///
 /// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
 /// tilts that it multiplies.
-pub(super) fn known_inputs<'a>(
-    campaign: &'a Campaign,
+pub(super) fn known_inputs(
+    campaign: &Campaign,
     at_solution: &DesignMatrix,
     noise: &ScatterSources,
-) -> Vec<(&'a str, Known, Vec<f64>)> {
+) -> Vec<(usize, Known, Vec<f64>)> {
     let mut inputs = Vec::new();
     for (k, known) in campaign.uncertain() {
         let mut sensitivity = vec![0.0; campaign.unknowns()];
@@ -122,7 +122,7 @@ pub(super) fn known_inputs<'a>(
                 .map(|i| noise.sensitivities[(j, i)] * at_solution.jacobian[(i, k)])
                 .sum::<f64>();
         }
-        inputs.push((campaign.parameters.get(k).map_or("", |own| own.id.as_str()), known, sensitivity));
+        inputs.push((k, known, sensitivity));
     }
     inputs
 }
@@ -142,27 +142,17 @@ type Interval<'a> = dyn Fn(f64, &[f64], f64) -> Option<(f64, f64)> + 'a;
 
 /// What every budget of a fit needs.
 pub(super) struct BudgetInputs<'a> {
-    campaign: &'a Campaign,
-    estimate: &'a Estimate,
-    noise: &'a ScatterSources,
-    known: Vec<(&'a str, Known, Vec<f64>)>,
-    level: f64,
-    weak: &'a [usize],
-    judged_at: Option<&'a [f64]>,
+    pub campaign: &'a Campaign,
+    pub estimate: &'a Estimate,
+    pub noise: &'a ScatterSources,
+    /// How the solution follows each known input.
+    pub known: Vec<(usize, Known, Vec<f64>)>,
+    pub level: f64,
+    pub weak: &'a [usize],
+    pub judged_at: Option<&'a [f64]>,
 }
 
-impl<'a> BudgetInputs<'a> {
-    /// `known`: how the solution follows each known input.
-    pub(super) fn new(
-        campaign: &'a Campaign,
-        (estimate, noise): (&'a Estimate, &'a ScatterSources),
-        known: Vec<(&'a str, Known, Vec<f64>)>,
-        level: f64,
-        (weak, judged_at): (&'a [usize], Option<&'a [f64]>),
-    ) -> Self {
-        BudgetInputs { campaign, estimate, noise, known, level, weak, judged_at }
-    }
-
+impl BudgetInputs<'_> {
     /// Everything at a point, `free` being the estimate that only equations restrict.
     pub(super) fn told(&self, point: &[f64], free: &[f64], constraints: &Constraints) -> Result<Told> {
         let at_bound = rules::at_bound(self.campaign, constraints);
@@ -179,14 +169,12 @@ impl<'a> BudgetInputs<'a> {
             let (a, b) = ((centre - expanded).max(origin + low), (centre + expanded).min(origin + high));
             (a <= b).then_some((a, b))
         };
-        let index = |id: &str| self.campaign.parameter_index(id);
-        let known = self.known.iter().filter_map(|(id, known, c)| Some((index(id)?, *known, c.clone())));
         Ok(Told {
             parameters: self.parameters(point, (&at_bound, &fixed), &interval),
             covariance: self.covariance(),
             derived: self.derived(point, &interval)?,
             combinations: self.combinations(point),
-            known: known.collect(),
+            known: self.known.clone(),
         })
     }
 
@@ -200,7 +188,7 @@ impl<'a> BudgetInputs<'a> {
                 }
             }
         }
-        for (_, [(one, a), (other, b)], r) in self.correlated() {
+        for (_, [(_, one, a), (_, other, b)], r) in self.correlated() {
             for i in 0..covariance.nrows() {
                 for j in 0..covariance.ncols() {
                     covariance[(i, j)] += r * one.u * other.u * (a.at(i) * b.at(j) + a.at(j) * b.at(i));
@@ -211,25 +199,25 @@ impl<'a> BudgetInputs<'a> {
     }
 
     /// Pairs of correlated known inputs: their names, how the solution follows each, and the coefficient.
-    fn correlated(&self) -> impl Iterator<Item = ([&str; 2], [(&Known, &[f64]); 2], f64)> {
-        let of = |name: &str| self.known.iter().find(|(id, ..)| *id == name).map(|(_, input, c)| (input, c.as_slice()));
+    fn correlated(&self) -> impl Iterator<Item = ([&str; 2], [&(usize, Known, Vec<f64>); 2], f64)> {
+        let of = |name: &str| self.known.iter().find(|(k, ..)| self.campaign.parameter_id(*k) == name);
         self.campaign.correlations.iter().filter_map(move |(a, b, r)| Some(([a.as_str(), b], [of(a)?, of(b)?], *r)))
     }
 
     /// Budget of `c . x`, a known input acting also by itself (`own`), and what it combines to.
-    fn budget(&self, along: &[f64], own: impl Fn(&str) -> f64) -> (Vec<Contribution>, Option<Combined>) {
+    fn budget(&self, along: &[f64], own: impl Fn(usize) -> f64) -> (Vec<Contribution>, Option<Combined>) {
         let (mut budget, type_a_dof) = self.noise.contributions(along);
         let from_readings = budget.len();
-        let sensitivity = |id: &str, c: &[f64]| own(id) + along.iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
-        for (id, input, c) in &self.known {
-            budget.push(known_contribution(id, input, sensitivity(id, c)));
+        let sensitivity = |k: usize, c: &[f64]| own(k) + along.iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
+        for (k, input, c) in &self.known {
+            budget.push(known_contribution(self.campaign.parameter_id(*k), input, sensitivity(*k, c)));
         }
         let (mut together, mut correlated_dof) = (Vec::new(), f64::INFINITY);
-        for ([a, b], [one, other], r) in self.correlated() {
-            let covariance = 2.0 * r * sensitivity(a, one.1) * one.0.u * sensitivity(b, other.1) * other.0.u;
+        for ([a, b], [(i, one, c), (j, other, d)], r) in self.correlated() {
+            let covariance = 2.0 * r * sensitivity(*i, c) * one.u * sensitivity(*j, d) * other.u;
             budget.push(correlated_contribution([a, b], covariance));
             together.extend([a.to_string(), b.to_string(), pair_name([a, b])]);
-            correlated_dof = correlated_dof.min(one.0.dof).min(other.0.dof);
+            correlated_dof = correlated_dof.min(one.dof).min(other.dof);
         }
         if !self.noise.determined && from_readings > 0 {
             return (budget, None);
@@ -253,7 +241,7 @@ impl<'a> BudgetInputs<'a> {
     /// The same of what follows all parameters, known ones also by themselves, like this.
     fn budget_along(&self, slopes: &[f64]) -> (Vec<Contribution>, Option<Combined>) {
         // a source that the line does not depend on
-        let own = |id: &str| self.campaign.parameter_index(id).and_then(|k| slopes.get(k)).copied().unwrap_or_default();
+        let own = |k: usize| slopes.get(k).copied().unwrap_or_default();
         self.budget(slopes.part(..self.campaign.unknowns()), own)
     }
 
