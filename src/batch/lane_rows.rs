@@ -14,6 +14,7 @@ use super::{Device, Layout, Use};
 use crate::algebra::Scratch;
 use crate::campaign::Campaign;
 use crate::design::{ColumnLine, Model, Read};
+use crate::elements::OrNan;
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Estimator, Settings, Weighting};
 use crate::mix::{Mix, Numbers};
@@ -224,10 +225,9 @@ impl Lanes {
                     From::Cell(k) => {
                         for l in 0..LANES {
                             let Some(device) = devices.get(l).or(devices.last()) else { continue };
-                            let cells = device.inputs.iter().skip(*k).step_by(self.width.max(1));
-                            let values = device.values.iter().skip(slot).step_by(self.lines.len());
-                            let read = cells.zip(values).filter(|(_, value)| !value.is_nan());
-                            list.iter_mut().skip(l).step_by(LANES).zip(read).for_each(|(to, (x, _))| *to = *x);
+                            let read = device.read(slot, self.lines.len());
+                            let to = list.iter_mut().skip(l).step_by(LANES);
+                            to.zip(read).for_each(|(to, (row, _))| *to = device.inputs.or_nan(row * self.width + k));
                         }
                     }
                     From::Fixed(value, _) => list.fill(*value),
@@ -250,15 +250,14 @@ impl Lanes {
             }
             for l in 0..LANES {
                 let Some(device) = devices.get(l).or(devices.last()) else { continue };
-                let read = (0..device.rows).filter_map(|row| {
-                    let value = device.values.get(row * self.lines.len() + slot).filter(|value| !value.is_nan())?;
+                let read = device.read(slot, self.lines.len()).map(|(row, value)| {
                     let cell = |k: usize| device.inputs.get(row * self.width + k).copied();
                     let u = match line.u.and_then(cell).filter(|u| !u.is_nan()) {
                         Some(u) => u,
                         // no count: one sample, as the format says
                         None => 1.0 / self.samples.and_then(cell).filter(|n| !n.is_nan()).unwrap_or(1.0).sqrt(),
                     };
-                    Some((*value, u))
+                    (value, u)
                 });
                 let rows = eight.observed[begin..].iter_mut().zip(&mut eight.weight[begin..]);
                 let predicted = values.iter().skip(l).step_by(LANES);
@@ -289,10 +288,7 @@ impl Lanes {
         for (slot, line) in self.lines.iter().enumerate() {
             let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, bits);
             let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
-            for row in 0..device.rows {
-                if device.values.get(row * self.lines.len() + slot).is_none_or(|value| value.is_nan()) {
-                    continue;
-                }
+            for (row, _) in device.read(slot, self.lines.len()) {
                 let mut hash = Mix(slot as u64);
                 used().for_each(|k| hash.write_u64(at(row, k)));
                 let is_alike = |(first, kind)| kind == slot && used().all(|k| at(row, k) == at(first, k));
@@ -305,9 +301,8 @@ impl Lanes {
     /// The rows of a device's system in the order of its readings: the reading (from 0) and the row.
     pub(super) fn order(&self, device: &Device) -> Vec<(usize, usize)> {
         let sensors = self.lines.len();
-        let read = |slot: usize, row: usize| device.values.get(row * sensors + slot).is_some_and(|y| !y.is_nan());
-        let rows = (0..sensors).flat_map(|slot| (0..device.rows).filter(move |row| read(slot, *row)));
-        let mut order: Vec<(usize, usize)> = rows.enumerate().map(|(row, reading)| (reading, row)).collect();
+        let rows = (0..sensors).flat_map(|slot| device.read(slot, sensors));
+        let mut order: Vec<(usize, usize)> = rows.enumerate().map(|(row, (reading, _))| (reading, row)).collect();
         order.sort_unstable();
         order
     }

@@ -285,11 +285,7 @@ impl Remarks {
     }
 
     pub(super) fn words(&self) -> String {
-        match self.0.as_slice() {
-            [] => String::new(),
-            [(_, one)] => one.clone(),
-            several => several.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join("; "),
-        }
+        self.0.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join("; ")
     }
 
     pub(super) fn reasons(&self) -> Vec<Reason> {
