@@ -166,18 +166,13 @@ impl Question<'_> {
             false if dof > 0 => quantiles::chi_square_survival(tested, dof as f64),
             _ => None,
         };
-        let mut remarks = Remarks::default();
-        if let Some(p) = chi_square_p.filter(|p| *p < 1.0 - level) {
-            remarks.global_test(p);
-        }
         let free = |unknowns: &Unknowns| -> Vec<&str> {
             let each = campaign.estimated().iter().enumerate();
             each.filter(|(j, _)| !unknowns.is_estimable(*j)).map(|(_, p)| p.id.as_str()).collect()
         };
-        if let Some(names) = found.unknowns.map(free).filter(|names| !names.is_empty()) {
-            remarks.not_estimable(&names);
-        }
-        found.stuck.iter().for_each(|(sensor, value)| remarks.stuck(campaign.sensor_id(*sensor), *value));
+        let stuck: Vec<(&str, f64)> = found.stuck.iter().map(|(s, value)| (campaign.sensor_id(*s), *value)).collect();
+        let free = found.unknowns.map(free).unwrap_or_default();
+        let mut remarks = Remarks::begun(chi_square_p.filter(|p| *p < 1.0 - level), &free, &stuck);
         // rounding says nothing of the model
         let heard = |p: f64| if quality::is_rounding(tested, found.readings, found.largest) { f64::NAN } else { p };
         let lack_of_fit_p = found.lack_of_fit_p.map_or(f64::NAN, heard);

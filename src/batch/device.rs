@@ -154,6 +154,12 @@ impl Device {
         self.inputs.get(row * width..(row + 1) * width).unwrap_or_default()
     }
 
+    /// Rows in which the sensor of this place among so many was read, with its values.
+    pub(super) fn read(&self, slot: usize, sensors: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let values = self.values.iter().copied().skip(slot).step_by(sensors.max(1));
+        values.take(self.rows).enumerate().filter(|(_, value)| !value.is_nan())
+    }
+
     /// A row's values; none likewise.
     pub(crate) fn value(&self, row: usize, sensors: usize) -> &[f64] {
         self.values.get(row * sensors..(row + 1) * sensors).unwrap_or_default()

@@ -231,16 +231,18 @@ impl<'a> Fleet<'a> {
         let mut new: HashMap<u64, Vec<usize>> = HashMap::new();
         let mut begun: Vec<u64> = Vec::new();
         for (k, device) in devices.iter().enumerate() {
-            let plain = device.is_plain() && device.rows > 0;
-            if let Some(place) = self.as_before(&shape(device), layout).filter(|_| plain) {
+            if !device.is_plain() || device.rows == 0 {
+                places.push(None);
+                continue;
+            }
+            if let Some(place) = self.as_before(&shape(device), layout) {
                 places.push(Some(place));
                 continue;
             }
-            let hash = if plain { shape(device).hash_of_rows() } else { 0 };
-            let mut place = if plain { self.find(&shape(device), hash, layout) } else { None };
+            let hash = shape(device).hash_of_rows();
+            let mut place = self.find(&shape(device), hash, layout);
             // a schedule that the next device has too, row by row, is common
             if place.is_none()
-                && plain
                 && self.known.list.len() < MOST
                 && let Some(next) = devices.get(k + 1).filter(|next| next.rows == device.rows)
                 && shape(device).same(0..device.rows, &shape(next), 0..device.rows)
@@ -250,7 +252,7 @@ impl<'a> Fleet<'a> {
                 self.begin(device, hash, layout);
                 place = self.find(&shape(device), hash, layout);
             }
-            if place.is_none() && plain {
+            if place.is_none() {
                 let of_hash = new.entry(hash).or_default();
                 if of_hash.is_empty() {
                     begun.push(hash);

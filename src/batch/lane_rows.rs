@@ -14,6 +14,7 @@ use super::{Device, Layout, Use};
 use crate::algebra::Scratch;
 use crate::campaign::Campaign;
 use crate::design::{ColumnLine, Model, Read};
+use crate::elements::OrNan;
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Estimator, Settings, Weighting};
 use crate::mix::{Mix, Numbers};
@@ -50,8 +51,6 @@ pub(super) struct SensorLine {
     u: Option<usize>,
     /// Is its value a reference, and no reading?
     pub(super) is_reference: bool,
-    /// Columns of the design that it has no part in.
-    absent: Vec<usize>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -140,7 +139,7 @@ impl Lanes {
             let own = bench.sensors.get(sensor)?;
             let (u, is_reference) = (cell(&format!("{}_u", own.id)), own.is_reference());
             if is_exact {
-                return Some(SensorLine { line: None, from: Vec::new(), u, is_reference, absent: Vec::new() });
+                return Some(SensorLine { line: None, from: Vec::new(), u, is_reference });
             }
             let line = model.column_line(sensor)?;
             let from = |read: &Read| match read {
@@ -148,9 +147,7 @@ impl Lanes {
                 Read::Parameter(k) => Some(From::Fixed(*reference.get(*k)?, (*k < n).then_some(*k))),
             };
             let from: Vec<From> = line.reads().iter().map(from).collect::<Option<_>>()?;
-            let has = |j: &usize| from.iter().any(|source| matches!(source, From::Fixed(_, Some(k)) if k == j));
-            let absent = (0..n).filter(|j| !has(j)).collect();
-            Some(SensorLine { line: Some(line), from, u, is_reference, absent })
+            Some(SensorLine { line: Some(line), from, u, is_reference })
         };
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
         let (width, samples) = (inputs.len(), cell("n"));
@@ -228,50 +225,39 @@ impl Lanes {
                     From::Cell(k) => {
                         for l in 0..LANES {
                             let Some(device) = devices.get(l).or(devices.last()) else { continue };
-                            let cells = device.inputs.iter().skip(*k).step_by(self.width.max(1));
-                            let values = device.values.iter().skip(slot).step_by(self.lines.len());
-                            let read = cells.zip(values).filter(|(_, value)| !value.is_nan());
-                            list.iter_mut().skip(l).step_by(LANES).zip(read).for_each(|(to, (x, _))| *to = *x);
+                            let read = device.read(slot, self.lines.len());
+                            let to = list.iter_mut().skip(l).step_by(LANES);
+                            to.zip(read).for_each(|(to, (row, _))| *to = device.inputs.or_nan(row * self.width + k));
                         }
                     }
                     From::Fixed(value, _) => list.fill(*value),
                 }
             }
             let Places { inputs, values, gradient, lists: room } = &mut *places;
+            // rows that follow the point are predicted elsewhere
+            values.clear();
             values.resize(places_here, 0.0);
-            if line.line.is_none() {
-                // rows that follow the point are predicted elsewhere
-                values.fill(0.0);
-            }
             gradient.resize(lists, 0.0);
             if let Some(line) = &line.line {
                 let inputs = &inputs[..lists];
                 line.gradient(arch, places_here, inputs, room, (values, gradient));
             }
-            let mut put = |j: usize, from: Option<&[f64]>| {
-                let to = eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut();
-                match from {
-                    Some(from) => to.copy_from_slice(from),
-                    None => to.fill(0.0),
-                }
-            };
+            (0..n).for_each(|j| eight.rows[j * m + begin..j * m + begin + count].fill([0.0; LANES]));
             for (from, list) in line.from.iter().zip(gradient.chunks_exact(places_here.max(1))) {
                 if let From::Fixed(_, Some(j)) = from {
-                    put(*j, Some(list));
+                    eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut().copy_from_slice(list);
                 }
             }
-            line.absent.iter().for_each(|j| put(*j, None));
             for l in 0..LANES {
                 let Some(device) = devices.get(l).or(devices.last()) else { continue };
-                let read = (0..device.rows).filter_map(|row| {
-                    let value = device.values.get(row * self.lines.len() + slot).filter(|value| !value.is_nan())?;
+                let read = device.read(slot, self.lines.len()).map(|(row, value)| {
                     let cell = |k: usize| device.inputs.get(row * self.width + k).copied();
                     let u = match line.u.and_then(cell).filter(|u| !u.is_nan()) {
                         Some(u) => u,
                         // no count: one sample, as the format says
                         None => 1.0 / self.samples.and_then(cell).filter(|n| !n.is_nan()).unwrap_or(1.0).sqrt(),
                     };
-                    Some((*value, u))
+                    (value, u)
                 });
                 let rows = eight.observed[begin..].iter_mut().zip(&mut eight.weight[begin..]);
                 let predicted = values.iter().skip(l).step_by(LANES);
@@ -302,10 +288,7 @@ impl Lanes {
         for (slot, line) in self.lines.iter().enumerate() {
             let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, bits);
             let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
-            for row in 0..device.rows {
-                if device.values.get(row * self.lines.len() + slot).is_none_or(|value| value.is_nan()) {
-                    continue;
-                }
+            for (row, _) in device.read(slot, self.lines.len()) {
                 let mut hash = Mix(slot as u64);
                 used().for_each(|k| hash.write_u64(at(row, k)));
                 let is_alike = |(first, kind)| kind == slot && used().all(|k| at(row, k) == at(first, k));
@@ -318,9 +301,8 @@ impl Lanes {
     /// The rows of a device's system in the order of its readings: the reading (from 0) and the row.
     pub(super) fn order(&self, device: &Device) -> Vec<(usize, usize)> {
         let sensors = self.lines.len();
-        let read = |slot: usize, row: usize| device.values.get(row * sensors + slot).is_some_and(|y| !y.is_nan());
-        let rows = (0..sensors).flat_map(|slot| (0..device.rows).filter(move |row| read(slot, *row)));
-        let mut order: Vec<(usize, usize)> = rows.enumerate().map(|(row, reading)| (reading, row)).collect();
+        let rows = (0..sensors).flat_map(|slot| device.read(slot, sensors));
+        let mut order: Vec<(usize, usize)> = rows.enumerate().map(|(row, (reading, _))| (reading, row)).collect();
         order.sort_unstable();
         order
     }

@@ -178,13 +178,13 @@ impl Lanes {
         let (m, n, sensors) = (form.readings(), self.asked.campaign.unknowns(), self.lines.len());
         let groups = device.positions.len();
         let group = |slot: usize, row: usize| {
-            device.value(row, sensors).get(slot).filter(|value| !value.is_nan())?;
             let position = device.groups.get(row).map(|position| *position as usize)?;
             // apart for each sensor; a row without a label has no position
             Some(Some(slot * groups + position).filter(|_| !device.position(row).is_empty()))
         };
-        let group: Vec<Option<usize>> =
-            (0..sensors).flat_map(|slot| (0..device.rows).filter_map(move |row| group(slot, row))).collect();
+        let group: Vec<Option<usize>> = (0..sensors)
+            .flat_map(|slot| device.read(slot, sensors).filter_map(move |(row, _)| group(slot, row)))
+            .collect();
         let weight: Vec<f64> = lane(&eight.weight, l).collect();
         let q = Mat::from_fn(m, n, |i, j| eight.orthonormal(i, j, l));
         let offsets = Offsets::new(&weight, q.as_ref(), &group, m - n)?;
@@ -195,8 +195,7 @@ impl Lanes {
     fn stuck(&self, form: &Form, device: &Device, l: usize, eight: &Eight) -> Vec<(usize, f64)> {
         let (m, n, sensors) = (form.readings(), self.asked.campaign.unknowns(), self.lines.len());
         let of = |(slot, (begin, count)): (usize, (usize, usize))| {
-            let values = device.values.iter().skip(slot).step_by(sensors).copied().filter(|value| !value.is_nan());
-            let value = fit::same(values)?;
+            let value = fit::same(device.read(slot, sensors).map(|(_, value)| value))?;
             if !fit::is_all(value, lane(&eight.residuals, l).skip(begin).take(count)) {
                 return None;
             }

@@ -170,15 +170,10 @@ impl Row {
         let found = || fit.checks.snooping.iter().flat_map(|found| &found.suspects);
         let suspects: Vec<usize> =
             found().filter_map(|suspect| fit.design.rows.get(suspect.row).map(|origin| origin.reading + 1)).collect();
-        let mut remarks = Remarks::default();
-        if let Some(test) = fit.global_test.filter(|test| test.rejected) {
-            remarks.global_test(test.p);
-        }
-        if !fit.not_estimable.is_empty() {
-            let names: Vec<&str> = fit.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.id.as_str()).collect();
-            remarks.not_estimable(&names);
-        }
-        fit.stuck().iter().for_each(|(sensor, value)| remarks.stuck(sensor, *value));
+        let free = fit.parameters.iter().filter(|p| p.value.is_none() && !fit.not_estimable.is_empty());
+        let free: Vec<&str> = free.map(|p| p.id.as_str()).collect();
+        let mut remarks =
+            Remarks::begun(fit.global_test.filter(|test| test.rejected).map(|test| test.p), &free, &fit.stuck());
         if fit.convergence.as_ref().is_some_and(|c| !c.converged) || !fit.settled {
             remarks.say(Reason::NoConvergence, "no convergence".to_string());
         }
@@ -221,20 +216,23 @@ impl Row {
 pub(super) struct Remarks(Vec<(Reason, String)>);
 
 impl Remarks {
-    pub(super) fn say(&mut self, reason: Reason, words: String) {
+    fn say(&mut self, reason: Reason, words: String) {
         self.0.push((reason, words));
     }
 
-    pub(super) fn global_test(&mut self, p: f64) {
-        self.say(Reason::GlobalTest, format!("global test p {p:.1e}"));
-    }
-
-    pub(super) fn not_estimable(&mut self, names: &[&str]) {
-        self.say(Reason::NotEstimable, format!("not estimable: {}", names.join(" ")));
-    }
-
-    pub(super) fn stuck(&mut self, sensor: &str, value: f64) {
-        self.say(Reason::Stuck, format!("stuck: every reading of {sensor} is {value}"));
+    /// A global test that rejects, unknowns that are not determined, channels that are stuck with their values.
+    pub(super) fn begun(global_test: Option<f64>, not_estimable: &[&str], stuck: &[(&str, f64)]) -> Self {
+        let mut remarks = Remarks::default();
+        if let Some(p) = global_test {
+            remarks.say(Reason::GlobalTest, format!("global test p {p:.1e}"));
+        }
+        if !not_estimable.is_empty() {
+            remarks.say(Reason::NotEstimable, format!("not estimable: {}", not_estimable.join(" ")));
+        }
+        for (sensor, value) in stuck {
+            remarks.say(Reason::Stuck, format!("stuck: every reading of {sensor} is {value}"));
+        }
+        remarks
     }
 
     /// Lack of fit at the level; is it beyond doubt?
@@ -287,11 +285,7 @@ impl Remarks {
     }
 
     pub(super) fn words(&self) -> String {
-        match self.0.as_slice() {
-            [] => String::new(),
-            [(_, one)] => one.clone(),
-            several => several.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join("; "),
-        }
+        self.0.iter().map(|(_, words)| words.as_str()).collect::<Vec<_>>().join("; ")
     }
 
     pub(super) fn reasons(&self) -> Vec<Reason> {

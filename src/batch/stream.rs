@@ -89,19 +89,16 @@ fn count(tables: &Tables<'_>, by: &str) -> Result<Counts> {
         let mut record = (tables.open)(file)?;
         let column = record.find(by)?;
         record.select(&[(column, As::Label)]);
-        let (mut block, mut of_label) = (Block::default(), Vec::<u64>::new());
+        let mut block = Block::default();
         while record.next(&mut block)? {
             // one column is read
             for number in block.columns.first().map(Vec::as_slice).unwrap_or_default() {
-                let k = place(*number);
-                if k >= of_label.len() {
-                    of_label.resize(k + 1, 0);
+                let label = label(&record, place(*number));
+                match counts.get_mut(label) {
+                    Some(count) => *count += 1,
+                    None => drop(counts.insert(label.to_string(), 1)),
                 }
-                of_label.get_mut(k).into_iter().for_each(|n| *n += 1);
             }
-        }
-        for (k, n) in of_label.into_iter().enumerate().filter(|(_, n)| *n > 0) {
-            *counts.entry(label(&record, k).to_string()).or_default() += n;
         }
     }
     Ok(counts)

@@ -7,19 +7,17 @@
 //! Nobody hand-derives rows: the papers' small-angle rows fall out, because at zero tilts the exact derivative *is* the small-angle
 //! coefficient. Deliberately absent: weights and solving (`estimate`), opinions about what is estimable.
 
-mod columns;
 mod kinematics;
 mod line;
 mod mean;
 mod model;
 
-pub(crate) use columns::{ColumnLine, Read};
 pub use kinematics::{Instant, Kinematics, kinematics};
 pub(crate) use line::{Context, SensorModel, indifferent_angles};
 pub(crate) use mean::Node;
 pub use mean::{Smoothness, nodes};
 pub use model::Model;
-pub(crate) use model::{Room, Workspace, missing_column};
+pub(crate) use model::{ColumnLine, Read, Room, Workspace, missing_column};
 
 use crate::campaign::{Campaign, JointState, Kind};
 use crate::elements::{Elements, Parts};

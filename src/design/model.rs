@@ -8,7 +8,7 @@ use super::kinematics::{Field, Instants, Vectors, Wanted};
 use super::line::{SensorModel, Slot};
 use super::mean::{Sweep, sweep};
 use super::{Context, Kinematics, Smoothness, kinematics};
-use crate::algebra::{Lane, Scratch, lanes};
+use crate::algebra::{Lane, Scratch, Tape, lanes};
 use crate::campaign::{Campaign, Reading};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -69,23 +69,23 @@ impl SensorModel {
     }
 }
 
-/// What is summed up: a reading, for every sensor whose line is of this smoothness, over these instants.
+/// What is summed up: a reading, for every sensor whose line is of this smoothness, over the instants of a sweep.
 #[derive(Clone, Copy)]
 struct Asked<'a> {
+    model: &'a Model,
     campaign: &'a Campaign,
     row: &'a Reading,
     smoothness: Smoothness,
     sweep: &'a Sweep,
+    gathered: &'a [Gathered],
 }
 
-/// The sums over the instants.
+/// The sums.
 struct Gather<'a, I, P, const L: usize> {
-    model: &'a Model,
     asked: Asked<'a>,
     /// Angles of the joint that passes them, and weights.
     stops: I,
     parameter: P,
-    gathered: &'a [Gathered],
     room: &'a mut Room<L>,
     scratch: &'a mut Scratch,
 }
@@ -99,20 +99,11 @@ where
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.run();
-    }
-}
-
-impl<I, P, const L: usize> Gather<'_, I, P, L>
-where
-    I: Iterator<Item = (Lane<L>, Lane<L>)>,
-    P: Fn(usize) -> Lane<L>,
-{
-    #[inline(always)]
-    fn run(self) {
-        let Gather { model, asked, stops, parameter, gathered, room, scratch } = self;
-        let Asked { campaign, row, smoothness, sweep: Sweep { base, joint, .. } } = asked;
-        let Room { tilts, inputs, slopes, at, sums } = room;
+        let Gather { asked, stops, parameter, room, scratch } = self;
+        let Asked { model, campaign, row, smoothness, sweep, gathered } = asked;
+        let (Sweep { base, joint, .. }, Room { tilts, inputs, slopes, at, sums }) = (sweep, room);
+        tilts.clear();
+        tilts.extend(model.tilts.iter().map(|k| parameter(*k)));
         let alike = |of: &&Gathered| of.smoothness == Some(smoothness);
         let follows = gathered.iter().filter(alike).filter_map(|of| model.sensors.get(of.sensor)).map(|of| of.follows);
         let fields = follows.fold([false; 2], |[rate, force], of| [rate || of[0], force || of[1]]);
@@ -252,12 +243,12 @@ impl Model {
         Ok(())
     }
 
-    /// Sum up every sensor of this smoothness over the reading's instants: one at a time, or where there are several four at a time by the widest
-    /// instructions that there are.
+    /// Sum up every sensor of this smoothness over the reading's instants, by the widest instructions that there are: one at a time, or where there are several four at a
+    /// time.
     fn gather(&self, campaign: &Campaign, row: &Reading, smoothness: Smoothness, point: &[f64], work: &mut Workspace) {
         work.sweep.set(row, smoothness);
         let Workspace { scratch, gathered, sweep, one, four, arch, .. } = work;
-        let asked = Asked { campaign, row, smoothness, sweep };
+        let asked = Asked { model: self, campaign, row, smoothness, sweep, gathered: &*gathered };
         if sweep.joint.is_some() && sweep.stops.len() > 1 {
             // where the last are fewer than four, its last one again with no weight
             let stops = sweep.stops.chunks(4).map(|stops| -> (Lane<4>, Lane<4>) {
@@ -265,32 +256,14 @@ impl Model {
                 let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
                 (lanes(|l| stop(l).0), lanes(|l| stop(l).1))
             });
-            self.sum(asked, stops, |k| [point.at(k); 4], gathered, (four, scratch), Some(*arch));
+            let (parameter, room) = (|k| [point.at(k); 4], &mut *four);
+            arch.dispatch(Gather { asked, stops, parameter, room, scratch });
             return join(&four.sums, smoothness, gathered);
         }
         let stops = sweep.each().map(|(angle, weight)| ([angle], [weight]));
-        self.sum(asked, stops, |k| [point.at(k)], gathered, (one, scratch), None);
+        let (parameter, room) = (|k| [point.at(k)], &mut *one);
+        arch.dispatch(Gather { asked, stops, parameter, room, scratch });
         join(&one.sums, smoothness, gathered);
-    }
-
-    /// Sums at `L` places side by side, by the widest instructions where an architecture is given.
-    #[inline(always)]
-    fn sum<const L: usize>(
-        &self,
-        asked: Asked<'_>,
-        stops: impl Iterator<Item = (Lane<L>, Lane<L>)>,
-        parameter: impl Fn(usize) -> Lane<L>,
-        gathered: &[Gathered],
-        (room, scratch): (&mut Room<L>, &mut Scratch),
-        arch: Option<Arch>,
-    ) {
-        room.tilts.clear();
-        room.tilts.extend(self.tilts.iter().map(|k| parameter(*k)));
-        let gather = Gather { model: self, asked, stops, parameter, gathered, room, scratch };
-        match arch {
-            Some(arch) => arch.dispatch(gather),
-            None => gather.run(),
-        }
     }
 
     /// `Model::predict_all` at points of `L` devices side by side: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
@@ -315,8 +288,8 @@ impl Model {
             let Workspace { scratch, gathered, sweep, arch, .. } = &mut *work;
             let stops = sweep.each().map(|(angle, weight)| ([angle; L], [weight; L]));
             let parameter = |k: usize| points.get(k).copied().unwrap_or([f64::NAN; L]);
-            let asked = Asked { campaign, row, smoothness, sweep };
-            self.sum(asked, stops, parameter, gathered, (&mut *room, scratch), Some(*arch));
+            let (asked, room) = (Asked { model: self, campaign, row, smoothness, sweep, gathered }, &mut *room);
+            arch.dispatch(Gather { asked, stops, parameter, room, scratch });
         }
         let mut slopes = std::mem::take(&mut room.slopes);
         for (place, sums) in room.sums.iter().take(sensors.len()).enumerate() {
@@ -357,6 +330,76 @@ impl Model {
     /// The bound line of a sensor.
     pub fn sensor(&self, sensor: usize) -> Option<&SensorModel> {
         self.sensors.get(sensor)
+    }
+}
+
+/// A sensor's line over columns and parameters alone.
+#[derive(Debug, Clone)]
+pub(crate) struct ColumnLine {
+    tape: Tape,
+    reads: Vec<Read>,
+}
+
+/// Where a list of inputs comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Read {
+    /// Numeric column of the readings.
+    Column(usize),
+    /// Parameter of the campaign.
+    Parameter(usize),
+}
+
+impl Model {
+    /// The line of a sensor that follows columns and parameters alone; `None` for one of rates, forces or joints.
+    pub(crate) fn column_line(&self, sensor: usize) -> Option<ColumnLine> {
+        let line = self.sensor(sensor)?;
+        let read = |k: &usize| match line.slots.get(*k)? {
+            Slot::Column(k) => Some(Read::Column(*k)),
+            Slot::Parameter(k) => Some(Read::Parameter(*k)),
+            Slot::Rate(_) | Slot::Force(_) | Slot::Joint(_) => None,
+        };
+        let reads = line.tape.reads().iter().map(read).collect::<Option<_>>()?;
+        Some(ColumnLine { tape: line.tape.clone(), reads })
+    }
+}
+
+impl ColumnLine {
+    /// What it reads, in the order of its lists.
+    pub(crate) fn reads(&self) -> &[Read] {
+        &self.reads
+    }
+
+    /// Values at so many places, and derivatives by everything that it reads; a list of `places` numbers for each. By the widest instructions that there are.
+    ///
+    /// The numbers of [`Model::predict`] at single instants, to the last bit: each derivative has one term, which nothing cancels.
+    pub(crate) fn gradient(
+        &self,
+        arch: Arch,
+        places: usize,
+        inputs: &[f64],
+        lists: &mut Scratch,
+        (values, gradient): (&mut [f64], &mut [f64]),
+    ) {
+        arch.dispatch(Gradient { tape: &self.tape, places, inputs, lists, values, gradient });
+    }
+}
+
+/// What [`ColumnLine::gradient`] is asked.
+struct Gradient<'a> {
+    tape: &'a Tape,
+    places: usize,
+    inputs: &'a [f64],
+    lists: &'a mut Scratch,
+    values: &'a mut [f64],
+    gradient: &'a mut [f64],
+}
+
+impl WithSimd for Gradient<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.tape.gradient_of_many(self.places, self.inputs, self.lists, self.values, self.gradient);
     }
 }
 

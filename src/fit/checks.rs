@@ -83,11 +83,11 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     checks.significance = (1.0 - level) / tests as f64;
     let each = 1.0 - checks.significance;
     checks.follows.retain(|found| found.test.is_rejected(each));
-    if step.robust.is_none() && !silent && scattered.is_none() {
+    if step.own.robust.is_none() && !silent && scattered.is_none() {
         let (cells, _) = cells(campaign, design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, each);
     }
-    if step.robust.is_some() {
+    if step.own.robust.is_some() {
         // residuals are not those of least squares here
         return checks;
     }
@@ -123,7 +123,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         ),
     };
     checks.snooping = quality::snoop(&whitened, readings, level);
-    if !step.noise.determined {
+    if !step.own.noise.determined {
         return checks;
     }
     checks.detectable = whitened.detectable(common);
@@ -140,7 +140,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
 /// Priors against the readings: `w = v/(u sqrt(r))` as for a reading (W. Baarda 1968), at his level of a single one.
 fn contradicted(campaign: &Campaign, design: &DesignMatrix, step: &Step) -> Vec<(usize, f64, f64)> {
     let judged = campaign.priors().zip(design.rows.len()..).filter_map(|((k, ..), row)| {
-        let (v, r) = (step.estimate.residuals.get(row)?, step.estimate.redundancy.get(row)?);
+        let (v, r) = (step.own.estimate.residuals.get(row)?, step.own.estimate.redundancy.get(row)?);
         let w = v / (step.system.u.at(row) * r.sqrt());
         let p = 2.0 * quantiles::normal_survival(w.abs())?;
         (*r > 1e-6 && p < quality::ALPHA).then_some((k, w, p))

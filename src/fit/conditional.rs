@@ -82,7 +82,7 @@ pub(super) fn conditional(
         if length == 0.0 {
             continue;
         }
-        let mut shifts: Vec<(usize, f64)> = Vec::new();
+        let mut shifts: BTreeMap<usize, f64> = BTreeMap::new();
         for sign in [1.0, -1.0] {
             let mut moved = point.to_vec();
             for (k, c) in &direction.terms {
@@ -103,13 +103,10 @@ pub(super) fn conditional(
                 let Some(u) = result.uncertainty.map(|own| own.u).filter(|u| *u > 0.0) else { continue };
                 let along = direction.terms.iter().find(|(j, _)| *j == k).map_or(0.0, |(_, c)| sign * length * c);
                 let share = (again.at(k) + along).abs() / u;
-                match shifts.iter_mut().find(|(j, _)| *j == k) {
-                    Some((_, before)) => *before = before.max(share),
-                    None => shifts.push((k, share)),
-                }
+                shifts.entry(k).and_modify(|before| *before = before.max(share)).or_insert(share);
             }
         }
-        shifts.retain(|(_, share)| *share > SHIFT && share.is_finite());
+        shifts.retain(|_, share| *share > SHIFT && share.is_finite());
         let by = direction.terms.iter().find(|(k, _)| *k == held).map_or(0.0, |(_, c)| (length * c).abs());
         if !shifts.is_empty() {
             let (scale, unit) = match campaign.parameters.get(held) {

@@ -86,7 +86,20 @@ pub fn judge(
     level: f64,
 ) -> (Conformity, Option<f64>) {
     let probability = value.zip(uncertainty).and_then(|(v, c)| probability(v, c, limit.lower, limit.upper));
-    (decide(decision, value, uncertainty, probability, level, limit), probability)
+    let Some(value) = value else { return (Conformity::Undecided, None) };
+    let inside = |by: f64| limit.lower + by <= value && value <= limit.upper - by;
+    let (is_kept, is_broken) = match (decision, uncertainty, probability) {
+        (Decision::Simple, ..) => (inside(0.0), true),
+        (Decision::GuardU, Some(combined), _) => (inside(combined.expanded), !inside(-combined.expanded)),
+        (Decision::Risk, _, Some(p)) => (p >= level, p <= 1.0 - level),
+        _ => (false, false),
+    };
+    let outcome = match (is_kept, is_broken) {
+        (true, _) => Conformity::Pass,
+        (false, true) => Conformity::Fail,
+        (false, false) => Conformity::Undecided,
+    };
+    (outcome, probability)
 }
 
 /// `P(lower <= Y <= upper)` for `Y = value + u t`, t with the effective degrees of freedom (JCGM 106, 7.3).
@@ -100,36 +113,4 @@ fn probability(value: f64, combined: &Combined, lower: f64, upper: f64) -> Optio
         bound => student_t_cdf((bound - value) / combined.u, combined.dof),
     };
     Some((below(upper)? - below(lower)?).clamp(0.0, 1.0))
-}
-
-fn decide(
-    decision: Decision,
-    value: Option<f64>,
-    uncertainty: Option<&Combined>,
-    probability: Option<f64>,
-    level: f64,
-    limit: &Limit,
-) -> Conformity {
-    let Some(value) = value else { return Conformity::Undecided };
-    let inside = |by: f64| limit.lower + by <= value && value <= limit.upper - by;
-    match (decision, uncertainty, probability) {
-        (Decision::Simple, ..) => {
-            if inside(0.0) {
-                Conformity::Pass
-            } else {
-                Conformity::Fail
-            }
-        }
-        (Decision::GuardU, Some(combined), _) => match combined.expanded {
-            guard if inside(guard) => Conformity::Pass,
-            guard if !inside(-guard) => Conformity::Fail,
-            _ => Conformity::Undecided,
-        },
-        (Decision::Risk, _, Some(probability)) => match probability {
-            p if p >= level => Conformity::Pass,
-            p if p <= 1.0 - level => Conformity::Fail,
-            _ => Conformity::Undecided,
-        },
-        _ => Conformity::Undecided,
-    }
 }

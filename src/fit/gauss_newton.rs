@@ -144,7 +144,7 @@ pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, sett
             let of_start = Linear::at(campaign, &start, None, settings)?;
             let found = trip.from(start, of_start, &[])?;
             let unknowns = campaign.unknowns();
-            if found.stop == Stop::Settled && found.step.estimate.unknowns.rank == unknowns {
+            if found.stop == Stop::Settled && found.step.own.estimate.unknowns.rank == unknowns {
                 found
             } else {
                 let other = trip.from(design, first, &[])?;
@@ -178,13 +178,13 @@ pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, sett
 /// the logarithm of the likelihood less there than by the linear model at the reference point, by more than true values of all unknowns cost once in a thousand times?
 fn is_less_likely(campaign: &Campaign, model: &Model, step: &Step, settings: &Settings) -> Result<bool> {
     let follows = |line: &Scatter| matches!(line.of, Deviating::Joint(_) | Deviating::Parameter(_));
-    let Some(found) = step.scattered.as_ref().filter(|_| campaign.scatter.iter().any(follows)) else {
+    let Some(found) = step.own.scattered.as_ref().filter(|_| campaign.scatter.iter().any(follows)) else {
         return Ok(false);
     };
     let first = step::solve(campaign, &design::assemble(campaign, model, &campaign.reference_point())?, settings)?;
     let alike = |first: &Scattered| first.estimate.unknowns.rank == found.estimate.unknowns.rank;
     let most = chi_square_quantile(1.0 - quality::ALPHA, found.estimate.unknowns.rank as f64);
-    let first = first.scattered.filter(alike).zip(most);
+    let first = first.own.scattered.filter(alike).zip(most);
     Ok(first.is_some_and(|(first, most)| found.deviance - first.deviance > most))
 }
 
@@ -238,7 +238,7 @@ impl Trip<'_> {
         let before_walk = walk.iterations.clone();
         walk.rank = first.rank;
         if walk.rank < unknowns && holdable {
-            walk.couplings = step::solve(campaign, &design, settings)?.estimate.factor.couplings();
+            walk.couplings = step::solve(campaign, &design, settings)?.own.estimate.factor.couplings();
         }
         let (mut design, mut stop) = walk.go(design, first)?;
         let settled = stop == Some(Stop::Settled);
@@ -286,7 +286,7 @@ impl Trip<'_> {
         }
         // nothing else ended the walk
         let stop = match stop.unwrap_or(Stop::Stalled) {
-            Stop::Settled if !step.settled => Stop::Unsettled,
+            Stop::Settled if !step.own.settled => Stop::Unsettled,
             stop => stop,
         };
         let held = walk.couplings.iter().map(|own| own.unknown).filter(|k| walk.holds && !unseen.contains(k)).collect();
@@ -296,8 +296,9 @@ impl Trip<'_> {
 
 /// Does a step with scales of its own move an estimate by more than its uncertainty? (Where scales have two optima near one another it moves by less, to and fro.)
 fn moves(step: &Step) -> bool {
-    let several = step.scattered.is_none() && step.estimate.group_iterations > 0;
-    let variance = |k: usize| if k < step.noise.covariance.nrows() { step.noise.covariance[(k, k)] } else { 0.0 };
+    let several = step.own.scattered.is_none() && step.own.estimate.group_iterations > 0;
+    let variance =
+        |k: usize| if k < step.own.noise.covariance.nrows() { step.own.noise.covariance[(k, k)] } else { 0.0 };
     several && step.change.iter().enumerate().any(|(k, dx)| variance(k) > 0.0 && dx * dx > variance(k))
 }
 
@@ -311,7 +312,7 @@ impl Found {
             return own;
         }
         let (fit, before) = (self.misfit(campaign), other.misfit(campaign));
-        let rank = (self.step.estimate.unknowns.rank, other.step.estimate.unknowns.rank);
+        let rank = (self.step.own.estimate.unknowns.rank, other.step.own.estimate.unknowns.rank);
         fit < before - MATTERS || (rank.0 > rank.1 && fit <= before + MATTERS)
     }
 
@@ -321,7 +322,7 @@ impl Found {
         let least = rounding(campaign, &self.design, system);
         let mut known = 0.0;
         let mut groups: Vec<(f64, f64)> = vec![(0.0, 0.0); least.len()];
-        for ((v, u), group) in self.step.estimate.residuals.iter().zip(&system.u).zip(&system.group) {
+        for ((v, u), group) in self.step.own.estimate.residuals.iter().zip(&system.u).zip(&system.group) {
             let square = (v / u) * (v / u);
             match group {
                 Group::Known => known += square,

@@ -15,7 +15,6 @@ mod names;
 mod noise;
 mod parameters;
 mod propagate;
-mod questions;
 mod ranges;
 mod remarks;
 mod robust;
@@ -36,11 +35,10 @@ pub use gauss_newton::Stop;
 pub(crate) use gauss_newton::{Convergence, INVISIBLE, Iteration, NEGLIGIBLE};
 pub(crate) use names::NamedCombination;
 pub(crate) use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
+pub use parameters::{Angle, ParameterResult, State};
 pub(crate) use parameters::{CombinationResult, DerivedResult, SAME, moved};
-pub use parameters::{ParameterResult, State};
 pub use propagate::draw;
 pub(crate) use propagate::{Drawn, MOST_TRIALS};
-pub use questions::Angle;
 pub(crate) use ranges::{LEAST, MOST, check as check_ranges, check_rows};
 pub use robust::RobustMethod;
 pub(crate) use robust::RobustRecord;
@@ -379,19 +377,27 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     let settled_there = convergence.as_ref().is_some_and(|record| record.converged);
     let assembled = if settled_there { None } else { Some(design::assemble(campaign, &model, &point)?) };
     let at_solution = assembled.as_ref().unwrap_or(&design);
-    let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.estimate);
+    let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.own.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
     let (tested, adjusted, shared) = step.tested();
     // with an estimated variance among them, chi-square is what that variance makes it
-    let stated = step.noise.sources.iter().all(|source| !source.estimated);
+    let stated = step.own.noise.sources.iter().all(|source| !source.estimated);
     let global_test = quality::global_test(tested, adjusted, settings.level).filter(|_| stated);
     let mut quality = quality::rows(tested, adjusted, shared);
     quality.truncate(step.system.observed.len());
-    quality.iter_mut().zip(&step.estimate.residuals).for_each(|(own, v)| own.residual = *v);
-    let step::Step { system, estimate, mut noise, on_face, constraints, robust, settled, scattered, .. } = step;
+    quality.iter_mut().zip(&step.own.estimate.residuals).for_each(|(own, v)| own.residual = *v);
+    let step::Step { system, own, on_face, constraints, .. } = step;
+    let step::Adjusted { estimate, mut noise, robust, settled, scattered, .. } = own;
     let known = parameters::known_inputs(campaign, at_solution, &noise);
-    let judged = (weak.as_slice(), judged_at.as_deref());
-    let budgets = BudgetInputs::new(campaign, (&estimate, &noise), known, settings.level, judged);
+    let budgets = BudgetInputs {
+        campaign,
+        estimate: &estimate,
+        noise: &noise,
+        known,
+        level: settings.level,
+        weak: &weak,
+        judged_at: judged_at.as_deref(),
+    };
     let free = if let Constraints::Met { free, .. } = &constraints { free } else { &point };
     let Told { parameters, covariance, derived, combinations, known: known_sensitivities } =
         budgets.told(&point, free, &constraints)?;

@@ -457,13 +457,8 @@ impl ScatterSources {
 
 impl VarianceSource {
     /// Was its variance estimated as zero, and taken below it for the uncertainties?
-    fn is_below_zero(&self) -> bool {
+    pub(crate) fn is_below_zero(&self) -> bool {
         self.state == LineState::AtZero && self.component.is_some()
-    }
-
-    /// Do the uncertainties not rely on a variance that was estimated as zero?
-    pub(crate) fn u_is_below(&self) -> bool {
-        self.is_below_zero()
     }
 }
 

@@ -1,5 +1,6 @@
-//! Value, standard uncertainty, budget and expanded uncertainty of every estimated parameter and derived quantity.
+//! Value, standard uncertainty, budget and expanded uncertainty of every estimated parameter and derived quantity; parameters by name, angles in arcseconds.
 
+use super::Fit;
 use super::azimuth::{Sector, sector};
 use super::names::{NamedCombination, describe};
 use super::noise::ScatterSources;
@@ -8,9 +9,10 @@ use crate::algebra::{Expression, Scratch, Tape};
 use crate::campaign::{Campaign, Derived, Kind, Known, Parameter};
 use crate::design::DesignMatrix;
 use crate::elements::{Elements, Parts};
-use crate::error::Result;
+use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Combination, Estimate};
 use crate::uncertainty::{Combined, Contribution, Evaluation, combine_groups};
+use crate::units::ARCSEC;
 use crate::vocabulary::vocabulary;
 use faer::Mat;
 
@@ -109,11 +111,11 @@ pub(crate) fn moved(terms: &[(usize, f64)], along: &[f64]) -> (f64, f64) {
 ///
 /// `df/dp` is that of the exact model at the *solution*: at a reference point with zero tilts a scale factor would seem to have no part in
 /// tilts that it multiplies.
-pub(super) fn known_inputs<'a>(
-    campaign: &'a Campaign,
+pub(super) fn known_inputs(
+    campaign: &Campaign,
     at_solution: &DesignMatrix,
     noise: &ScatterSources,
-) -> Vec<(&'a str, Known, Vec<f64>)> {
+) -> Vec<(usize, Known, Vec<f64>)> {
     let mut inputs = Vec::new();
     for (k, known) in campaign.uncertain() {
         let mut sensitivity = vec![0.0; campaign.unknowns()];
@@ -122,7 +124,7 @@ pub(super) fn known_inputs<'a>(
                 .map(|i| noise.sensitivities[(j, i)] * at_solution.jacobian[(i, k)])
                 .sum::<f64>();
         }
-        inputs.push((campaign.parameters.get(k).map_or("", |own| own.id.as_str()), known, sensitivity));
+        inputs.push((k, known, sensitivity));
     }
     inputs
 }
@@ -142,27 +144,17 @@ type Interval<'a> = dyn Fn(f64, &[f64], f64) -> Option<(f64, f64)> + 'a;
 
 /// What every budget of a fit needs.
 pub(super) struct BudgetInputs<'a> {
-    campaign: &'a Campaign,
-    estimate: &'a Estimate,
-    noise: &'a ScatterSources,
-    known: Vec<(&'a str, Known, Vec<f64>)>,
-    level: f64,
-    weak: &'a [usize],
-    judged_at: Option<&'a [f64]>,
+    pub campaign: &'a Campaign,
+    pub estimate: &'a Estimate,
+    pub noise: &'a ScatterSources,
+    /// How the solution follows each known input.
+    pub known: Vec<(usize, Known, Vec<f64>)>,
+    pub level: f64,
+    pub weak: &'a [usize],
+    pub judged_at: Option<&'a [f64]>,
 }
 
-impl<'a> BudgetInputs<'a> {
-    /// `known`: how the solution follows each known input.
-    pub(super) fn new(
-        campaign: &'a Campaign,
-        (estimate, noise): (&'a Estimate, &'a ScatterSources),
-        known: Vec<(&'a str, Known, Vec<f64>)>,
-        level: f64,
-        (weak, judged_at): (&'a [usize], Option<&'a [f64]>),
-    ) -> Self {
-        BudgetInputs { campaign, estimate, noise, known, level, weak, judged_at }
-    }
-
+impl BudgetInputs<'_> {
     /// Everything at a point, `free` being the estimate that only equations restrict.
     pub(super) fn told(&self, point: &[f64], free: &[f64], constraints: &Constraints) -> Result<Told> {
         let at_bound = rules::at_bound(self.campaign, constraints);
@@ -179,14 +171,12 @@ impl<'a> BudgetInputs<'a> {
             let (a, b) = ((centre - expanded).max(origin + low), (centre + expanded).min(origin + high));
             (a <= b).then_some((a, b))
         };
-        let index = |id: &str| self.campaign.parameter_index(id);
-        let known = self.known.iter().filter_map(|(id, known, c)| Some((index(id)?, *known, c.clone())));
         Ok(Told {
             parameters: self.parameters(point, (&at_bound, &fixed), &interval),
             covariance: self.covariance(),
             derived: self.derived(point, &interval)?,
             combinations: self.combinations(point),
-            known: known.collect(),
+            known: self.known.clone(),
         })
     }
 
@@ -200,7 +190,7 @@ impl<'a> BudgetInputs<'a> {
                 }
             }
         }
-        for (_, [(one, a), (other, b)], r) in self.correlated() {
+        for (_, [(_, one, a), (_, other, b)], r) in self.correlated() {
             for i in 0..covariance.nrows() {
                 for j in 0..covariance.ncols() {
                     covariance[(i, j)] += r * one.u * other.u * (a.at(i) * b.at(j) + a.at(j) * b.at(i));
@@ -211,25 +201,25 @@ impl<'a> BudgetInputs<'a> {
     }
 
     /// Pairs of correlated known inputs: their names, how the solution follows each, and the coefficient.
-    fn correlated(&self) -> impl Iterator<Item = ([&str; 2], [(&Known, &[f64]); 2], f64)> {
-        let of = |name: &str| self.known.iter().find(|(id, ..)| *id == name).map(|(_, input, c)| (input, c.as_slice()));
+    fn correlated(&self) -> impl Iterator<Item = ([&str; 2], [&(usize, Known, Vec<f64>); 2], f64)> {
+        let of = |name: &str| self.known.iter().find(|(k, ..)| self.campaign.parameter_id(*k) == name);
         self.campaign.correlations.iter().filter_map(move |(a, b, r)| Some(([a.as_str(), b], [of(a)?, of(b)?], *r)))
     }
 
     /// Budget of `c . x`, a known input acting also by itself (`own`), and what it combines to.
-    fn budget(&self, along: &[f64], own: impl Fn(&str) -> f64) -> (Vec<Contribution>, Option<Combined>) {
+    fn budget(&self, along: &[f64], own: impl Fn(usize) -> f64) -> (Vec<Contribution>, Option<Combined>) {
         let (mut budget, type_a_dof) = self.noise.contributions(along);
         let from_readings = budget.len();
-        let sensitivity = |id: &str, c: &[f64]| own(id) + along.iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
-        for (id, input, c) in &self.known {
-            budget.push(known_contribution(id, input, sensitivity(id, c)));
+        let sensitivity = |k: usize, c: &[f64]| own(k) + along.iter().zip(c).map(|(a, c)| a * c).sum::<f64>();
+        for (k, input, c) in &self.known {
+            budget.push(known_contribution(self.campaign.parameter_id(*k), input, sensitivity(*k, c)));
         }
         let (mut together, mut correlated_dof) = (Vec::new(), f64::INFINITY);
-        for ([a, b], [one, other], r) in self.correlated() {
-            let covariance = 2.0 * r * sensitivity(a, one.1) * one.0.u * sensitivity(b, other.1) * other.0.u;
+        for ([a, b], [(i, one, c), (j, other, d)], r) in self.correlated() {
+            let covariance = 2.0 * r * sensitivity(*i, c) * one.u * sensitivity(*j, d) * other.u;
             budget.push(correlated_contribution([a, b], covariance));
             together.extend([a.to_string(), b.to_string(), pair_name([a, b])]);
-            correlated_dof = correlated_dof.min(one.0.dof).min(other.0.dof);
+            correlated_dof = correlated_dof.min(one.dof).min(other.dof);
         }
         if !self.noise.determined && from_readings > 0 {
             return (budget, None);
@@ -253,7 +243,7 @@ impl<'a> BudgetInputs<'a> {
     /// The same of what follows all parameters, known ones also by themselves, like this.
     fn budget_along(&self, slopes: &[f64]) -> (Vec<Contribution>, Option<Combined>) {
         // a source that the line does not depend on
-        let own = |id: &str| self.campaign.parameter_index(id).and_then(|k| slopes.get(k)).copied().unwrap_or_default();
+        let own = |k: usize| slopes.get(k).copied().unwrap_or_default();
         self.budget(slopes.part(..self.campaign.unknowns()), own)
     }
 
@@ -472,5 +462,63 @@ fn known_contribution(id: &str, input: &Known, sensitivity: f64) -> Contribution
         sensitivity: Some(sensitivity),
         u: sensitivity.abs() * input.u,
         dof: input.dof,
+    }
+}
+
+/// An estimated angle: a tilt, or a derived angle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Angle {
+    value: Option<f64>,
+    u: Option<f64>,
+    expanded: Option<f64>,
+}
+
+impl Angle {
+    /// The estimate in arcseconds; `None` where it is not estimable.
+    pub fn arcsec(&self) -> Option<f64> {
+        self.value.map(|value| value * ARCSEC)
+    }
+
+    /// Its standard uncertainty in arcseconds; `None` where it cannot be known.
+    pub fn u_arcsec(&self) -> Option<f64> {
+        self.u.map(|u| u * ARCSEC)
+    }
+
+    /// Its expanded uncertainty at the level of the fit, in arcseconds.
+    pub fn expanded_arcsec(&self) -> Option<f64> {
+        self.expanded.map(|u| u * ARCSEC)
+    }
+}
+
+impl Fit {
+    /// The result of an estimated parameter. Errors: a name that is not estimated.
+    pub fn parameter(&self, id: &str) -> Result<&ParameterResult> {
+        self.parameters.iter().find(|own| own.id == id).ok_or_else(|| self.unknown(id, "parameter"))
+    }
+
+    /// An estimated tilt or a derived angle.
+    ///
+    /// ```
+    /// let text = include_str!("../../data/campaigns/li2012-table1.campaign.json");
+    /// let fit = tumble::fit(&tumble::Campaign::from_json(text)?, &Default::default())?;
+    /// // Li, Ren, Zhao 2012, table 1: -162.2, -162.2 and -162.0 arcsec at the three rates
+    /// assert!((fit.angle("dtheta_y2")?.arcsec().unwrap() + 162.1).abs() < 0.15);
+    /// # Ok::<(), tumble::error::Malformed>(())
+    /// ```
+    ///
+    /// Errors: a name that is no estimated angle.
+    pub fn angle(&self, id: &str) -> Result<Angle> {
+        let tilt = self.parameters.iter().find(|own| own.id == id && own.kind == Kind::Tilt);
+        let derived = || self.derived.iter().find(|own| own.id == id && own.is_angle);
+        let (value, uncertainty) = tilt
+            .map(|own| (own.value, own.uncertainty))
+            .or_else(|| derived().map(|own| (own.value, own.uncertainty)))
+            .ok_or_else(|| self.unknown(id, "angle"))?;
+        Ok(Angle { value, u: uncertainty.map(|own| own.u), expanded: uncertainty.map(|own| own.expanded) })
+    }
+
+    fn unknown(&self, id: &str, what: &str) -> Malformed {
+        let names: Vec<&str> = self.parameters.iter().map(|own| own.id.as_str()).collect();
+        Malformed::new(Fault::UnknownName, format!("no estimated {what} is called '{id}'")).expected(names.join(", "))
     }
 }

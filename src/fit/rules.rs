@@ -57,7 +57,7 @@ pub struct ActiveConstraint {
 }
 
 /// Equations and inequalities of the change from a point; each with its constraint's index.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub(super) struct Rules {
     pub equations: Vec<Equation>,
     pub equation_of: Vec<usize>,
@@ -81,12 +81,7 @@ impl Rules {
     }
 
     pub(super) fn at(campaign: &Campaign, point: &[f64]) -> Self {
-        let mut rules = Rules {
-            equations: Vec::new(),
-            equation_of: Vec::new(),
-            inequalities: Vec::new(),
-            inequality_of: Vec::new(),
-        };
+        let mut rules = Rules::default();
         let at = |j: &usize| point.at(*j);
         for (k, constraint) in campaign.constraints.iter().enumerate() {
             match constraint {

@@ -136,18 +136,18 @@ pub(super) fn weak(
     let mut held = design.clone();
     while found.len() < asked.len() {
         let step = step::solve(campaign, &held, settings)?;
-        if !step.noise.determined {
+        if !step.own.noise.determined {
             break;
         }
-        let u = step.estimate.row_u(&step.system);
+        let u = step.own.estimate.row_u(&step.system);
         let mut worst: Option<(f64, usize)> = None;
         for k in asked.iter().copied().filter(|k| !found.contains(k)) {
-            let variance = if k < step.noise.covariance.nrows() { step.noise.covariance[(k, k)] } else { 0.0 };
-            if !step.estimate.unknowns.is_estimable(k) || !(variance > 0.0) {
+            let variance = if k < step.own.noise.covariance.nrows() { step.own.noise.covariance[(k, k)] } else { 0.0 };
+            if !step.own.estimate.unknowns.is_estimable(k) || !(variance > 0.0) {
                 continue;
             }
             let along: Vec<f64> =
-                (0..campaign.unknowns()).map(|j| step.noise.covariance[(j, k)] / variance.sqrt()).collect();
+                (0..campaign.unknowns()).map(|j| step.own.noise.covariance[(j, k)] / variance.sqrt()).collect();
             let curved = curvature(campaign, model, &held, &along, &u)?;
             // of two that are free together a coefficient is held rather than an angle
             let tilt = campaign.parameters.get(k).is_some_and(|own| own.kind == Kind::Tilt);
@@ -204,16 +204,16 @@ pub(super) fn follow(
     let step = step::solve(campaign, &others, settings)?;
     let mut observed = column;
     observed.resize(step.system.observed.len(), 0.0);
-    let follows = step.estimate.factor.solve(&observed)?;
+    let follows = step.own.estimate.factor.solve(&observed)?;
     // what no other unknown does tells of this one
     let own = |i: usize| -> f64 {
         observed.at(i) - follows.iter().enumerate().map(|(j, c)| c * step.system.rows[(i, j)]).sum::<f64>()
     };
-    let u = step.estimate.row_u(&step.system);
+    let u = step.own.estimate.row_u(&step.system);
     let told: f64 = u.iter().enumerate().map(|(i, u)| (own(i) / u).powi(2)).sum();
-    let u_of = |j: usize| step.noise.covariance[(j, j)].max(0.0).sqrt();
+    let u_of = |j: usize| step.own.noise.covariance[(j, j)].max(0.0).sqrt();
     let matters = |(j, c): &(usize, f64)| {
-        *j != unknown && *c != 0.0 && !(step.noise.determined && c.abs() <= LINEAR * u_of(*j) * told.sqrt())
+        *j != unknown && *c != 0.0 && !(step.own.noise.determined && c.abs() <= LINEAR * u_of(*j) * told.sqrt())
     };
     let follows = follows.into_iter().enumerate().filter(matters).collect();
     Ok(Coupling { unknown, follows })

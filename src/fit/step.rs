@@ -20,16 +20,23 @@ use faer::Mat;
 pub(super) struct Step {
     /// The weighted system.
     pub system: System,
-    /// The estimate that equations and active bounds restrict, these as equations of their own.
-    pub estimate: Estimate,
+    /// The estimate that equations and active bounds restrict, these as equations of their own; what scatters is that of the estimate that equations restrict but
+    /// inequalities do not.
+    pub own: Adjusted,
     /// The step of the estimated parameters, constraints included.
     pub change: Vec<f64>,
-    /// What scatters, and what it makes of the estimate that equations restrict but inequalities do not.
-    pub noise: ScatterSources,
     /// `d x / d y` of the estimate with active bounds, where there are such.
     pub on_face: Option<Mat<f64>>,
     /// What became of the constraints.
     pub constraints: Constraints,
+}
+
+/// The rows of a step adjusted with some equations.
+pub(super) struct Adjusted {
+    /// The estimate.
+    pub estimate: Estimate,
+    /// What scatters, and what it makes of the estimate.
+    pub noise: ScatterSources,
     /// What the robust estimator did.
     pub robust: Option<RobustRecord>,
     /// The rows as they were adjusted, where something scatters beyond their own noise; their sensitivities are in `noise`.
@@ -37,38 +44,35 @@ pub(super) struct Step {
     /// Did inner iterations (scales, components, weights) settle?
     pub settled: bool,
     /// The rows beside known inputs that have an uncertainty, where there are such.
-    pub extended: Option<Extended>,
+    extended: Option<Extended>,
 }
 
 /// The rows of a step beside its known inputs ([`System::with_inputs`]): what scatter and tests of residuals come from. Estimates do not: there the
 /// inputs are as stated, and their uncertainty is a part of the budget.
-pub(super) struct Extended {
-    pub system: System,
-    pub estimate: Estimate,
-    pub scattered: Option<Scattered>,
+struct Extended {
+    system: System,
+    estimate: Estimate,
+    scattered: Option<Scattered>,
 }
 
 impl Step {
     /// What the tests of residuals are about: the system, its adjustment, and what it shares.
     pub(crate) fn tested(&self) -> (&System, &Estimate, Option<&Scattered>) {
-        tested(&self.system, &self.estimate, self.scattered.as_ref(), self.extended.as_ref())
+        self.own.tested(&self.system)
     }
 
     /// `d x / d y` of the constrained estimate.
     pub(crate) fn sensitivities(&self) -> &Mat<f64> {
-        self.on_face.as_ref().unwrap_or(&self.noise.sensitivities)
+        self.on_face.as_ref().unwrap_or(&self.own.noise.sensitivities)
     }
 }
 
-fn tested<'a>(
-    system: &'a System,
-    estimate: &'a Estimate,
-    scattered: Option<&'a Scattered>,
-    extended: Option<&'a Extended>,
-) -> (&'a System, &'a Estimate, Option<&'a Scattered>) {
-    match extended {
-        Some(own) => (&own.system, &own.estimate, own.scattered.as_ref()),
-        None => (system, estimate, scattered),
+impl Adjusted {
+    fn tested<'a>(&'a self, system: &'a System) -> (&'a System, &'a Estimate, Option<&'a Scattered>) {
+        match &self.extended {
+            Some(own) => (&own.system, &own.estimate, own.scattered.as_ref()),
+            None => (system, &self.estimate, self.scattered.as_ref()),
+        }
     }
 }
 
@@ -97,7 +101,7 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             inequalities(&weighed, &free.estimate, &rules, design, equations)
         }
     };
-    let (constraints, (change, own, noise)) = match found {
+    let (constraints, (change, mut own, noise)) = match found {
         (constraints, None) => (constraints, (change, free, None)),
         (constraints, Some((change, active))) => {
             rules.equations.extend(active);
@@ -105,12 +109,8 @@ pub(super) fn solve(campaign: &Campaign, design: &DesignMatrix, settings: &Setti
             (constraints, (change, Adjusted { settled: face.settled && free.settled, ..face }, Some(free.noise)))
         }
     };
-    let Adjusted { estimate, noise: own, robust, scattered, settled, extended } = own;
-    let (noise, on_face) = match noise {
-        Some(free) => (free, Some(own.sensitivities)),
-        None => (own, None),
-    };
-    Ok(Step { system, estimate, change, noise, on_face, constraints, robust, scattered, settled, extended })
+    let on_face = noise.map(|free| std::mem::replace(&mut own.noise, free).sensitivities);
+    Ok(Step { system, own, change, on_face, constraints })
 }
 
 /// What equations cost: the squares with them and without, in the variances without them.
@@ -123,22 +123,6 @@ fn cost(system: &System, with: &Adjusted, without: &Adjusted) -> Cost {
     };
     let count = with.estimate.dof.saturating_sub(without.estimate.dof);
     Cost { chi_square: (squares(with) - squares(without)).max(0.0), count, dof: without.estimate.dof }
-}
-
-/// The rows of a step adjusted with some equations.
-struct Adjusted {
-    estimate: Estimate,
-    noise: ScatterSources,
-    robust: Option<RobustRecord>,
-    scattered: Option<Scattered>,
-    settled: bool,
-    extended: Option<Extended>,
-}
-
-impl Adjusted {
-    fn tested<'a>(&'a self, system: &'a System) -> (&'a System, &'a Estimate, Option<&'a Scattered>) {
-        tested(system, &self.estimate, self.scattered.as_ref(), self.extended.as_ref())
-    }
 }
 
 /// Adjust; the variances are those of an adjustment `before`, where there was one and they decide the weights.
@@ -409,7 +393,7 @@ impl Linear {
     /// What a step at this design was, to go on from it.
     pub fn after(campaign: &Campaign, design: &DesignMatrix, step: Step) -> Self {
         let least = rounding(campaign, design, &step.system);
-        let scales = step.estimate.group_scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
+        let scales = step.own.estimate.group_scale.iter().map(|scale| scale.unwrap_or(1.0)).collect();
         Linear { least, scales, ..Linear::from(step) }
     }
 
@@ -431,8 +415,8 @@ impl Linear {
 
 impl From<Step> for Linear {
     fn from(step: Step) -> Self {
-        let estimate = &step.estimate;
-        let weights = match step.scattered {
+        let estimate = &step.own.estimate;
+        let weights = match step.own.scattered {
             Some(found) => Weights::Whitened(Box::new(found.whitening)),
             None => {
                 // the scale of one group alone changes nothing
@@ -440,13 +424,13 @@ impl From<Step> for Linear {
                     (estimate.group_iterations > 0).then(|| estimate.group_scale.get(g).copied().flatten()).flatten()
                 };
                 let mut weights = weights(&step.system, scale);
-                for (w, robust) in weights.iter_mut().zip(step.robust.iter().flat_map(|record| &record.weights)) {
+                for (w, robust) in weights.iter_mut().zip(step.own.robust.iter().flat_map(|record| &record.weights)) {
                     *w *= robust.sqrt();
                 }
                 Weights::Rows(weights)
             }
         };
-        let (residuals, rank) = (step.estimate.residuals, step.estimate.unknowns.rank);
+        let (residuals, rank) = (step.own.estimate.residuals, step.own.estimate.unknowns.rank);
         Linear {
             system: step.system,
             change: step.change,

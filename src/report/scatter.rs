@@ -137,7 +137,7 @@ fn one(fit: &Fit, source: &VarianceSource) -> ScatterReport {
 /// What the numbers alone do not say.
 fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
     let text = match source.state {
-        LineState::AtZero => sentence!("estimated-as-zero", below = source.u_is_below()),
+        LineState::AtZero => sentence!("estimated-as-zero", below = source.is_below_zero()),
         LineState::NotFelt => sentence!("no-reading-feels-it-here"),
         LineState::Inseparable => {
             let is_estimated = |other: &&VarianceSource| other.estimated && other.state == LineState::Estimated;

@@ -158,11 +158,19 @@ pub(super) fn conclude(
         .enumerate()
         .map(|(k, (parameter, known))| {
             let follow = solved.rows.follow(&solved.found.factor, k)?;
-            let id = campaign.parameters.get(parameter).map_or("", |own| own.id.as_str());
-            Ok((id, known, follow.iter().map(|c| -c).collect()))
+            Ok((parameter, known, follow.iter().map(|c| -c).collect()))
         })
         .collect::<Result<Vec<_>>>()?;
-    let budgets = BudgetInputs::new(&campaign, (&estimate, &noise), known, settings.level, (&[], None));
+    let level = settings.level;
+    let budgets = BudgetInputs {
+        campaign: &campaign,
+        estimate: &estimate,
+        noise: &noise,
+        known,
+        level,
+        weak: &[],
+        judged_at: None,
+    };
     let Told { parameters, covariance, derived, combinations, known: known_sensitivities } =
         budgets.told(&solution, &solution, &Constraints::None)?;
     let linear = match settings.estimator {

@@ -109,22 +109,25 @@ pub(super) fn check(campaign: &Campaign, settings: &Settings) -> Result<()> {
             .expected("the record's path as \"readings\" (its rows are then held), its means (\"samples\" without \"as\"), or a campaign without this")
             .at_path(path))
     };
-    if settings.robust.is_some() {
-        return refuse(
-            "a robust estimate is asked for".into(),
+    let (robust, remount) = (settings.robust.is_some(), settings.remount != Remount::No);
+    for (is_asked, what, why, path) in [
+        (
+            robust,
+            "a robust estimate is asked for",
             "its weights belong to single rows, and change in each step",
             "readings",
-        );
-    }
-    if settings.remount != Remount::No {
-        return refuse(
-            "a scatter of remounting is asked for".into(),
-            "rows of a position are not brought together",
-            "readings",
-        );
-    }
-    if !campaign.constraints.is_empty() {
-        return refuse("the campaign has constraints".into(), "what they cost is found with all rows", "constraints");
+        ),
+        (remount, "a scatter of remounting is asked for", "rows of a position are not brought together", "readings"),
+        (
+            !campaign.constraints.is_empty(),
+            "the campaign has constraints",
+            "what they cost is found with all rows",
+            "constraints",
+        ),
+    ] {
+        if is_asked {
+            return refuse(what.into(), why, path);
+        }
     }
     if let Some(sensor) = campaign.bench.sensors.iter().find(|sensor| sensor.turn.is_some()) {
         return refuse(
