@@ -24,7 +24,7 @@
 //! ```
 //!
 //! * Numbers enter a table as numbers: [`Cell::value`] with the uncertainty that rounds them (U where it stands beside them, else u), `Cell::digits`, [`Cell::dof`], [`Cell::p`];
-//!   what does not exist is [`Cell::Absent`] with its reason. In sentences `number::{rounded, significant, level}` write them by the same rules.
+//!   what does not exist is [`Cell::Absent`]. In sentences `number::{rounded, significant, level}` write them by the same rules.
 //! * Sentences come from the catalogues (`say!`), one for all outputs. In every text a pair of backticks sets a name in code type.
 //! * A section puts its verdicts in order itself: what is not in order stands before what is, and beside a bad one nothing is praised.
 //! * A [`Figure`] holds the specification of a chart ([`chart::Chart`]), not a drawing, with its caption and its words.
@@ -61,7 +61,7 @@ pub mod terminal;
 #[cfg(all(feature = "cli", feature = "excel"))]
 pub mod workbook;
 pub(crate) mod wrap;
-#[cfg(feature = "html")]
+#[cfg(any(feature = "html", feature = "dcc"))]
 pub(crate) mod xml;
 
 pub use chart::{Bar, Chart, GapPanel, GapPoint, Interval, Part, Residual};
@@ -219,6 +219,11 @@ impl Figure {
     pub(crate) fn new(caption: impl Into<String>, chart: Chart, wide: bool) -> Self {
         let caption = caption.into();
         Figure { description: caption.clone(), caption, chart, wide }
+    }
+
+    /// The same with words of their own for those who cannot see it.
+    pub(crate) fn described(self, description: String) -> Self {
+        Figure { description, ..self }
     }
 }
 
