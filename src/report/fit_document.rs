@@ -233,33 +233,23 @@ fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
     said.join(lang.space())
 }
 
-/// A row of the estimates: the quantity, how it sounds, its state and its meaning.
-type Estimate<'a> = (Shown<'a>, Tone, &'a str, &'a str);
-
 /// Every angle and coefficient with its uncertainty, and the residuals drawn.
 fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
     let expanded = format!("U ({})", level(report.level()));
-    let states = report.parameters.iter().map(|p| if p.state == State::Free { "" } else { p.state.name() });
-    let states: Vec<String> =
-        states.map(|state| if state.is_empty() { String::new() } else { lang.term(state) }).collect();
-    let mut meanings: Vec<String> = Vec::new();
-    meanings.extend((0..report.parameters.len()).map(|k| {
-        let parameter = fit.and_then(|fit| fit.parameters.get(k));
-        parameter.map(|parameter| lang.name(&parameter.meaning).into_owned()).unwrap_or_default()
-    }));
     let derived: Vec<_> = report.derived.iter().filter(|d| d.value.is_some()).collect();
-    meanings.extend(derived.iter().map(|d| format!("= `{}`", d.line)));
-    let parameters = report.parameters.iter().zip(&states).map(|(p, state)| {
+    let parameters = report.parameters.iter().enumerate().map(|(k, p)| {
         let tone = if p.state == State::NotEstimable { Tone::Bad } else { Tone::Plain };
-        (p.shown(), tone, state.as_str())
+        let state = if p.state == State::Free { String::new() } else { lang.term(p.state.name()) };
+        let meaning = fit.and_then(|fit| fit.parameters.get(k)).map(|own| lang.name(&own.meaning).into_owned());
+        (p.shown(), tone, state, meaning.unwrap_or_default())
     });
-    let rows = parameters.chain(derived.iter().map(|d| {
-        let tone = if d.note.is_some() { Tone::Caution } else { Tone::Plain };
-        (d.shown(), tone, say!(lang, "derived"))
-    }));
-    let rows =
-        rows.zip(&meanings).map(|((shown, tone, state), meaning)| -> Estimate<'_> { (shown, tone, state, meaning) });
-    let table = Rows::of(rows)
+    let rows: Vec<(Shown<'_>, Tone, String, String)> = parameters
+        .chain(derived.iter().map(|d| {
+            let tone = if d.note.is_some() { Tone::Caution } else { Tone::Plain };
+            (d.shown(), tone, say!(lang, "derived").to_string(), format!("= `{}`", d.line))
+        }))
+        .collect();
+    let table = Rows::of(&rows)
         .name(say!(lang, "parameter"), |(quantity, ..)| quantity.id)
         .decimal(say!(lang, "estimate"), |(quantity, ..)| Cell::value(quantity.value, quantity.expanded.or(quantity.u)))
         .decimal("u", |(quantity, ..)| Cell::value(quantity.u, quantity.u))
@@ -271,7 +261,7 @@ fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
         .left(say!(lang, "state"), |(_, _, state, _)| state)
         .left(say!(lang, "meaning"), |(.., meaning)| meaning)
         .at(Detail::Full)
-        .tone(|(_, tone, ..)| tone)
+        .tone(|(_, tone, ..)| *tone)
         .note(say!(lang, "u-combined-standard-uncertainty-k-u-expanded", expanded));
     let mut notes = Vec::new();
     for p in report.parameters.iter().filter(|p| p.state == State::AtBound && p.u.is_some()) {
