@@ -165,14 +165,14 @@ pub struct MarkedLine {
     pub added: String,
 }
 
-/// How a verdict or a row sounds.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// How a verdict or a row sounds; what is not in order weighs most.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tone {
+    /// In order.
+    Good,
     /// Neither good nor bad.
     #[default]
     Plain,
-    /// In order.
-    Good,
     /// Worth a look.
     Caution,
     /// Rejected, or missing.
@@ -180,16 +180,6 @@ pub enum Tone {
 }
 
 impl Tone {
-    /// What is not in order weighs most.
-    fn weight(self) -> u8 {
-        match self {
-            Tone::Bad => 3,
-            Tone::Caution => 2,
-            Tone::Plain => 1,
-            Tone::Good => 0,
-        }
-    }
-
     /// The word that goes before a verdict, so that it needs no colour.
     pub(crate) fn word(self, lang: Language) -> &'static str {
         match self {
@@ -270,7 +260,7 @@ impl Section {
         };
         let bad = self.blocks.iter().any(|block| tone(block) == Some(Tone::Bad));
         for run in self.blocks.chunk_by_mut(|a, b| tone(a).is_some() && tone(b).is_some()) {
-            run.sort_by_key(|block| std::cmp::Reverse(tone(block).map_or(0, Tone::weight)));
+            run.sort_by_key(|block| std::cmp::Reverse(tone(block)));
         }
         for block in &mut self.blocks {
             match &mut block.content {

@@ -1,11 +1,12 @@
-//! What a fit report says of the readings: whether they agree with the model, the robust estimator, a record that was streamed, the constraints.
+//! What a fit report says of the readings: whether they agree with the model, the robust estimator, a record that was streamed, the constraints,
+//! the Monte Carlo beside the first order.
 
 use super::ARCSEC;
 use crate::campaign::{Campaign, Constraint, Kind};
-use crate::document::number::{at_most, significant};
+use crate::document::number::{at_most, percent, significant};
 use crate::estimate::Side;
 use crate::fit::streamed::{BinnedResiduals, SensorResiduals};
-use crate::fit::{self, Constraints, Fit, RobustMethod};
+use crate::fit::{self, Constraints, Drawn, Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
 use crate::quality::{LackOfFit, NormalityTest, RunsTest};
 use crate::uncertainty::quantiles;
@@ -606,4 +607,38 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
             format!("norm of ({}) <= {}{unit}", names.join(", "), number(at_most * scale))
         }
     }
+}
+
+/// Monte Carlo compared with the first order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct MonteCarloReport {
+    /// What was drawn.
+    #[serde(flatten)]
+    pub drawn: Drawn,
+    /// In words.
+    pub verdict: Vec<Sentence>,
+}
+
+/// Monte Carlo results of a fit for the report.
+pub fn monte_carlo_report(drawn: Drawn, fit: &Fit) -> MonteCarloReport {
+    let mut verdict = Vec::new();
+    for output in drawn.outputs.iter().filter(|output| output.first_order_agrees == Some(false)) {
+        let Some([low, high]) = output.first_order else { continue };
+        let off = (low - output.interval[0]).abs().max((high - output.interval[1]).abs());
+        verdict.push(sentence!(
+            "the-first-order-does-not-describe-its",
+            id = output.id,
+            level = percent(fit.settings.level),
+            sd = significant(off / output.u, 2)
+        ));
+    }
+    if drawn.held {
+        verdict.push(sentence!("bounds-held-trials-back"));
+    }
+    let errors: Vec<String> = fit.scale_factor_errors().into_iter().map(|error| error.id).collect();
+    if !errors.is_empty() {
+        verdict.push(sentence!("scale-factor-errors-are-not-drawn", errors = errors.join(", ")));
+    }
+    MonteCarloReport { drawn, verdict }
 }

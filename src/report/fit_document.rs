@@ -1,13 +1,12 @@
 //! The document of a fit: the answer first, then where it comes from, then what it rests on.
 
-use super::checks::{ConstraintsStatus, RecordReport};
+use super::checks::{ConstraintsStatus, MonteCarloReport, RecordReport};
 use super::correction::{correction_lines, given_sentence, validity_sentence};
 use super::fit::{Shown, interval_note};
 use super::fit_figures::{FAR, budget_figures, estimate_figures, residual_figures, spread_figures};
-use super::monte_carlo::MonteCarloReport;
 use super::provenance::begin;
 use super::scene::scene_figure;
-use super::{CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
+use super::{BudgetReport, CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
 use crate::campaign::{Campaign, JointState, Kind};
 use crate::correction::Mounting;
 use crate::document::number::{level, rounded, significant};
@@ -331,23 +330,21 @@ fn budget(report: &FitReport, asked: bool, lang: Language) -> Section {
             rows.push((quantity, None, false));
         }
     }
-    let words = |text: String| Cell::Text(text);
+    let of = |line: Option<&BudgetReport>, cell: &dyn Fn(&BudgetReport) -> Cell| line.map_or("".into(), cell);
     let table = Rows::of(rows)
         .left(say!(lang, "quantity"), |(quantity, _, first)| if first { Cell::name(quantity.id) } else { "".into() })
         .left(say!(lang, "source"), |(_, line, _)| {
-            line.map_or(say!(lang, "combined").into(), |line| words(scatter::source_name(&line.source, lang)))
+            line.map_or(say!(lang, "combined").into(), |line| scatter::source_name(&line.source, lang))
         })
-        .right(say!(lang, "estimate"), |(_, line, _)| line.map_or("".into(), |line| Cell::digits(line.estimate, 6)))
+        .right(say!(lang, "estimate"), |(_, line, _)| of(line, &|line| Cell::digits(line.estimate, 6)))
         .at(Detail::Roomy)
-        .left(say!(lang, "type"), |(_, line, _)| line.map_or("".into(), |line| words(line.evaluation.to_string())))
+        .left(say!(lang, "type"), |(_, line, _)| of(line, &|line| line.evaluation.to_string().into()))
         .left(say!(lang, "distribution"), |(_, line, _)| {
-            line.map_or("".into(), |line| words(lang.term(&line.distribution.to_string())))
+            of(line, &|line| lang.term(&line.distribution.to_string()).into())
         })
         .at(Detail::Roomy)
-        .right(say!(lang, "u-of-source"), |(_, line, _)| line.map_or("".into(), |line| Cell::digits(line.source_u, 3)))
-        .right("c", |(quantity, line, _)| {
-            line.map_or("".into(), |line| Cell::digits(line.c.map(|c| c * quantity.scale), 4))
-        })
+        .right(say!(lang, "u-of-source"), |(_, line, _)| of(line, &|line| Cell::digits(line.source_u, 3)))
+        .right("c", |(quantity, line, _)| of(line, &|line| Cell::digits(line.c.map(|c| c * quantity.scale), 4)))
         .right(say!(lang, "dof"), |(quantity, line, _)| Cell::dof(line.map_or(quantity.dof, |line| line.dof), true))
         .right(say!(lang, "contribution"), |(quantity, line, _)| {
             Cell::digits(line.map_or(quantity.u, |line| Some(line.u * quantity.scale)), 3)
