@@ -75,24 +75,16 @@ pub(super) fn positions(area: &Area<'_>, spots: &[Vec<Spot>; 3], axes: &[String;
     let (x_low, x_high) = scale::range(all().map(|s| s.x), 0.08);
     let (y_low, y_high) = scale::range(all().map(|s| s.y), 0.08);
     let frame = Frame { left: 110, right: HALF as i32 - 24, top: 10, bottom: 664 };
-    let Frame { left, right, top, bottom } = frame;
     let x = frame.x((x_low, x_high));
     // from the bottom, as halves of a pixel are rounded there
-    let y = |v: f64| bottom - number::whole(((v - y_low) / (y_high - y_low) * f64::from(bottom - top)).round());
+    let (bottom, room) = (frame.bottom, f64::from(frame.bottom - frame.top));
+    let y = |v: f64| bottom - number::whole(((v - y_low) / (y_high - y_low) * room).round());
     let quarters = |low: f64, high: f64| {
         let step = if high - low > 500.0 { 180 } else { 90 };
         (-8..=8).map(move |k| f64::from(k * step)).filter(move |v| (low..=high).contains(v))
     };
-    for tick in quarters(x_low, x_high) {
-        area.draw(&PathElement::new([(x(tick), top), (x(tick), bottom)], RULE.stroke_width(1)))?;
-        let place = (x(tick), bottom + 10);
-        area.draw(&Text::new(format!("{tick:.0}"), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    for tick in quarters(y_low, y_high) {
-        area.draw(&PathElement::new([(left, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
-        let place = (left - 12, y(tick));
-        area.draw(&Text::new(format!("{tick:.0}"), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
+    frame.along(area, quarters(x_low, x_high).map(|tick| (x(tick), format!("{tick:.0}"))))?;
+    frame.across(area, quarters(y_low, y_high).map(|tick| (y(tick), format!("{tick:.0}"))), 12)?;
     let title = match axes.each_ref().map(String::as_str) {
         [across, ""] => format!("{across} (deg)"),
         [across, up] => say!(lang, "deg-across-deg-up", across, up),
@@ -128,18 +120,9 @@ pub(super) fn deviations(area: &Area<'_>, points: &[DeviationPoint], title: &str
         let at = (f64::from(high) - v.max(1e-300).log10()) / f64::from(high - low);
         top + number::whole(at.clamp(-0.02, 1.02) * f64::from(bottom - top))
     };
-    let step = number::unsigned((last - first) / 12 + 1);
-    for exponent in (first..=last).step_by(step) {
-        let at = x(10f64.powi(exponent));
-        area.draw(&PathElement::new([(at, top), (at, bottom)], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(power(exponent), (at, bottom + 10), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    let step = number::unsigned((high - low) / 12 + 1);
-    for exponent in (low..=high).step_by(step) {
-        let at = y(10f64.powi(exponent));
-        area.draw(&PathElement::new([(left, at), (right, at)], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(power(exponent), (left - 10, at), style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
+    let powers = |low: i32, high: i32| (low..=high).step_by(number::unsigned((high - low) / 12 + 1));
+    frame.along(area, powers(first, last).map(|exponent| (x(10f64.powi(exponent)), power(exponent))))?;
+    frame.across(area, powers(low, high).map(|exponent| (y(10f64.powi(exponent)), power(exponent))), 10)?;
     let line: Vec<(i32, i32)> = points.iter().filter_map(|p| Some((x(p.tau), y(p.fitted?)))).collect();
     if line.len() > 1 {
         area.draw(&PathElement::new(line, VERMILLION.stroke_width(3)))?;
