@@ -178,12 +178,6 @@ impl From<usize> for Cell {
     }
 }
 
-impl From<u64> for Cell {
-    fn from(count: u64) -> Self {
-        Cell::Text(count.to_string())
-    }
-}
-
 impl<C: Into<Cell>> From<Option<C>> for Cell {
     fn from(value: Option<C>) -> Self {
         value.map_or_else(Cell::absent, Into::into)

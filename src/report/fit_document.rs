@@ -453,7 +453,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
     });
     let means = Rows::of(tests)
         .left(say!(lang, "sensor"), |(sensor, _)| &sensor.sensor)
-        .right(say!(lang, "rows-in-a-mean"), |(_, test)| test.rows)
+        .right(say!(lang, "rows-in-a-mean"), |(_, test)| test.rows.to_string())
         .decimal(say!(lang, "sd-over-that-of-independent-rows"), |(_, test)| Cell::Digits(test.ratio.sqrt(), 3))
         .right("p", |(_, test)| Cell::Probability(test.p));
     let inputs = Rows::of(&record.inputs)
@@ -466,7 +466,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
     let far = record.sensors.iter().flat_map(|sensor| sensor.largest.iter().take(5).map(move |far| (sensor, far)));
     let largest = Rows::of(far)
         .left(say!(lang, "sensor"), |(sensor, _)| &sensor.sensor)
-        .right(say!(lang, "row-of-the-record"), |(_, far)| far.number)
+        .right(say!(lang, "row-of-the-record"), |(_, far)| far.number.to_string())
         .decimal(say!(lang, "value"), |(_, far)| Cell::Digits(far.value, 6))
         .decimal(say!(lang, "residual"), |(_, far)| Cell::Digits(far.residual, 3))
         .decimal("w", |(_, far)| Cell::Decimals(far.w, 2))
