@@ -51,5 +51,5 @@ pub(crate) use row::{Reason, Solved};
 pub use row::{Row, Verdict};
 pub(crate) use stream::Restart;
 pub use stream::{Tables, stream};
-pub(crate) use summary::{Chance, NoisyDevice, NotInOrder, Scattering};
+pub(crate) use summary::{Chance, DeviceCounts, NoisyDevice, NotInOrder, OutlyingDevice, Scattering};
 pub use summary::{Quantity, Summary};

@@ -1,6 +1,6 @@
 //! All devices together: how each quantity is distributed, who stands apart, and whether devices differ more than they are measured.
 
-use super::{Reason, Row, Verdict};
+use super::{Reason, Row, Solved, Verdict};
 use crate::elements::Elements;
 use crate::fit::Conformity;
 use crate::number;
@@ -21,16 +21,10 @@ const NORMAL_MAD: f64 = 1.482_602_218_505_602;
 /// What many rows come to.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
-    /// Devices.
-    pub devices: usize,
-    /// Devices by verdict: accepted, rejected, malformed.
-    pub verdicts: [usize; 3],
+    /// Devices, and how many of them are what.
+    pub devices: DeviceCounts,
     /// Devices by conformity: pass, undecided, fail; all zero without limits.
     pub conformity: [usize; 3],
-    /// Devices fitted by a common schedule, by themselves, not at all.
-    pub solved: [usize; 3],
-    /// Devices with suspicious readings, and with a lack of fit below one minus the level.
-    pub suspicious: usize,
     /// Lots in the order in which they were met.
     pub lots: Vec<Lot>,
     /// Devices that are not accepted or lie outside a limit, the worst first, at most 100: those without an answer, then those that a test
@@ -58,6 +52,26 @@ pub struct Summary {
     scatters: Vec<Option<(f64, f64)>>,
     /// What is summed for each quantity.
     sums: Vec<Sums>,
+}
+
+/// Devices by what became of them.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct DeviceCounts {
+    /// All.
+    pub all: usize,
+    /// Determined, and the global test passed where there is one.
+    pub accepted: usize,
+    /// A rank defect, a failed global test, lack of fit, no convergence.
+    pub rejected: usize,
+    /// Readings that are no readings of this campaign.
+    pub malformed: usize,
+    /// With suspicious readings.
+    pub suspicious: usize,
+    /// Fitted by the factorisation of a common schedule.
+    pub common_schedule: usize,
+    /// Fitted by themselves.
+    pub own_fit: usize,
 }
 
 /// A test of every device: at a level of 95 % chance alone finds something in one of twenty.
@@ -133,20 +147,28 @@ pub struct Lot {
     pub of: Vec<(usize, f64, f64)>,
 }
 
-/// A quantity over the accepted devices.
-#[derive(Debug, Clone, PartialEq)]
+/// A quantity over the accepted devices, in its unit.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Quantity {
     /// Devices that have a value.
     pub devices: usize,
-    /// Mean.
+    /// Mean of the devices that do not stand apart (`outlying`), in `unit`.
     pub mean: f64,
-    /// Standard deviation between devices; `None` for one.
+    /// Standard deviation between them, in `unit`.
     pub sd: Option<f64>,
-    /// Least, 5 %, half, 95 %, most.
-    pub quantiles: [f64; 5],
-    /// Root mean square of the combined standard uncertainties; `None` where none is known.
+    /// Least value, in `unit`.
+    pub least: f64,
+    /// Median, in `unit`.
+    pub median: f64,
+    /// Largest value, in `unit`.
+    pub most: f64,
+    /// Value below which 5 % of the devices are, in `unit`.
+    pub q05: f64,
+    /// Value below which 95 % of the devices are, in `unit`.
+    pub q95: f64,
+    /// Root mean square of the devices' standard uncertainties.
     pub u: Option<f64>,
-    /// Do devices differ more than they are measured? `None` without uncertainties.
+    /// Do the devices that do not stand apart differ more than they are measured? Null without uncertainties.
     pub scattering: Option<Scattering>,
 }
 
@@ -173,15 +195,18 @@ pub struct Scattering {
 }
 
 /// An outlying device.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "OutlyingReport")]
+#[non_exhaustive]
 pub struct OutlyingDevice {
     /// The device.
+    #[serde(rename = "device")]
     pub label: String,
-    /// The quantity, by its index.
-    pub quantity: usize,
-    /// Its value.
+    /// The quantity.
+    pub id: String,
+    /// Its value, in the quantity's unit.
     pub value: f64,
-    /// Distance from the median in robust standard deviations.
+    /// Distance from the median in robust standard deviations, `(x - median) / (1.4826 MAD)`.
     pub z: f64,
 }
 
@@ -218,15 +243,25 @@ impl Summary {
 
     /// One more device.
     pub fn add(&mut self, row: &Row) {
-        self.devices += 1;
-        for (counts, place) in [
-            (&mut self.verdicts, Some(row.verdict as usize)),
-            (&mut self.solved, Some(row.solved as usize)),
-            (&mut self.conformity, row.conformity.map(|outcome| outcome as usize)),
-        ] {
-            place.and_then(|place| counts.get_mut(place)).into_iter().for_each(|count| *count += 1);
+        let devices = &mut self.devices;
+        devices.all += 1;
+        match row.verdict {
+            Verdict::Accepted => devices.accepted += 1,
+            Verdict::Rejected => devices.rejected += 1,
+            Verdict::Malformed => devices.malformed += 1,
         }
-        self.suspicious += usize::from(!row.suspects.is_empty());
+        match row.solved {
+            Solved::Together => devices.common_schedule += 1,
+            Solved::Alone => devices.own_fit += 1,
+            Solved::Not => {}
+        }
+        devices.suspicious += usize::from(!row.suspects.is_empty());
+        match row.conformity {
+            Some(Conformity::Pass) => self.conformity[0] += 1,
+            Some(Conformity::Undecided) => self.conformity[1] += 1,
+            Some(Conformity::Fail) => self.conformity[2] += 1,
+            None => {}
+        }
         row.reasons.iter().for_each(|reason| *self.reasons.entry(*reason).or_default() += 1);
         let has = |reason: Reason| row.reasons.contains(&reason);
         let is_stated = !row.chi_square_p.is_nan();
@@ -348,14 +383,14 @@ impl Summary {
             values.get(inside)?;
             Some(*values.select_nth_unstable_by(inside, f64::total_cmp).1)
         };
-        let (first, last) = (at(0)?, at(n - 1)?);
+        let (least, most) = (at(0)?, at(n - 1)?);
         let share = |share: f64| number::count((share * (n - 1) as f64).round());
-        let quantiles = [first, at(share(0.05))?, at(share(0.5))?, at(share(0.95))?, last];
+        let [q05, median, q95] = [at(share(0.05))?, at(share(0.5))?, at(share(0.95))?];
         // mean and scatter are those of the devices that do not stand apart
         let apart: HashSet<usize> = self.outlying_in(quantity).into_iter().map(|(k, ..)| k).collect();
         let alike: Vec<(usize, f64)> = self.column(quantity).filter(|(k, _)| !apart.contains(k)).collect();
         let count = alike.len();
-        let mean = first + alike.iter().map(|(_, x)| x - first).sum::<f64>() / count as f64;
+        let mean = least + alike.iter().map(|(_, x)| x - least).sum::<f64>() / count as f64;
         let squares: f64 = alike.iter().map(|(_, x)| (x - mean) * (x - mean)).sum();
         let variance = (count > 1).then(|| squares / (count - 1) as f64);
         let sums = self.sums.get(quantity).copied().unwrap_or_default();
@@ -372,13 +407,14 @@ impl Summary {
             let (significant, sd_of_devices) = (Some(p < 0.01), (variance - u * u).max(0.0).sqrt());
             Some(Scattering { u, f, dof, u_dof, p, significant, sd_of_devices })
         });
-        Some(Quantity { devices: n, mean, sd: variance.map(f64::sqrt), quantiles, u: rms(sums.u), scattering })
+        let (sd, u) = (variance.map(f64::sqrt), rms(sums.u));
+        Some(Quantity { devices: n, mean, sd, least, median, most, q05, q95, u, scattering })
     }
 
-    /// Devices that are outliers in some quantity, at 1 % over all devices and quantities, the farthest first.
-    pub(crate) fn outlying(&self, most: usize) -> Vec<OutlyingDevice> {
+    /// Devices that are outliers in some quantity of these names, at 1 % over all devices and quantities, the farthest first.
+    pub(crate) fn outlying(&self, most: usize, name: &dyn Fn(usize) -> String) -> Vec<OutlyingDevice> {
         let of = |quantity: usize| {
-            let named = move |(k, value, z)| OutlyingDevice { label: self.label(k), quantity, value, z };
+            let named = move |(k, value, z)| OutlyingDevice { label: self.label(k), id: name(quantity), value, z };
             self.outlying_in(quantity).into_iter().map(named)
         };
         let mut found: Vec<OutlyingDevice> = (0..self.quantities).flat_map(of).collect();

@@ -72,7 +72,7 @@ pub(super) fn fit(
         Ok(2 * determined >= fitted.len())
     })?;
     bar.finish_and_clear();
-    if summary.devices == 0 {
+    if summary.devices.all == 0 {
         return Err(Malformed::new(Fault::Missing, "there are no readings")
             .expected(format!("a table with the columns {} and those of a reading", table.by()))
             .at_path("readings"));
@@ -105,7 +105,7 @@ pub(super) fn fit(
     }
     outputs.write()?;
     if !to_stdout {
-        if many.to.is_none() && summary.devices <= SHOWN {
+        if many.to.is_none() && summary.devices.all <= SHOWN {
             super::show(&(report::batch_rows(template, table.by(), &shown, lang) + "\n"))?;
         }
         pages.print(&report::batch_document(&found, Some((template, &summary)), &BTreeMap::new(), lang))?;

@@ -34,7 +34,7 @@ pub(super) fn reports(
         report.not_in_order.iter().filter(|entry| entry.verdict != Verdict::Malformed).map(|entry| &entry.label);
     let mut wanted: Vec<&String> = Vec::new();
     for label in fitted
-        .chain(report.outlying.iter().map(|entry| &entry.device))
+        .chain(report.outlying.iter().map(|entry| &entry.label))
         .chain(report.noisy.iter().map(|entry| &entry.label))
     {
         if !wanted.contains(&label) && wanted.len() < MOST {

@@ -38,15 +38,13 @@ pub(super) fn bar(text: &str) -> String {
 /// Escape what HTML and XML would take for markup; control characters that neither allows become a replacement character.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
+    for c in xml::printable(text).chars() {
         match c {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
-            '\t' | '\n' | '\r' => out.push(c),
-            c if !xml::is_allowed(c) => out.push('\u{fffd}'),
             c => out.push(c),
         }
     }

@@ -37,17 +37,10 @@ fn section(section: &Section, lang: Language) -> Vec<String> {
             Content::Verdict { tone, text } => {
                 parts.push(format!("> **{}** {}", lang.sentence(tone.word(lang)), inline(text)));
             }
-            Content::List(points) => {
-                let points: Vec<String> = points.iter().map(|point| format!("- {}", inline(point))).collect();
-                parts.push(points.join("\n"));
-            }
-            Content::Formula(lines) => {
-                let lines: Vec<String> = lines.iter().map(|line| format!("    {}", one_line(line))).collect();
-                parts.push(lines.join("\n"));
-            }
+            Content::List(points) => parts.push(joined(points.iter().map(|point| format!("- {}", inline(point))))),
+            Content::Formula(lines) => parts.push(joined(lines.iter().map(|line| format!("    {}", one_line(line))))),
             Content::Marked(lines) => {
-                let lines: Vec<String> = lines.iter().flat_map(marked).map(|line| format!("    {line}")).collect();
-                parts.push(lines.join("\n"));
+                parts.push(joined(lines.iter().flat_map(marked).map(|line| format!("    {line}"))));
             }
             Content::Facts(list) => parts.extend(facts(list)),
             Content::Card { heading, facts: list, .. } => {
@@ -61,6 +54,10 @@ fn section(section: &Section, lang: Language) -> Vec<String> {
         }
     }
     parts
+}
+
+fn joined(lines: impl Iterator<Item = String>) -> String {
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 /// A line, and under what was added to it a row of carets.

@@ -24,7 +24,7 @@
 //! ```
 //!
 //! * Numbers enter a table as numbers: [`Cell::value`] with the uncertainty that rounds them (U where it stands beside them, else u), `Cell::digits`, [`Cell::dof`], [`Cell::p`];
-//!   what does not exist is [`Cell::Absent`] with its reason. In sentences `number::{rounded, significant, level}` write them by the same rules.
+//!   what does not exist is [`Cell::Absent`]. In sentences `number::{rounded, significant, level}` write them by the same rules.
 //! * Sentences come from the catalogues (`say!`), one for all outputs. In every text a pair of backticks sets a name in code type.
 //! * A section puts its verdicts in order itself: what is not in order stands before what is, and beside a bad one nothing is praised.
 //! * A [`Figure`] holds the specification of a chart ([`chart::Chart`]), not a drawing, with its caption and its words.
@@ -61,7 +61,7 @@ pub mod terminal;
 #[cfg(all(feature = "cli", feature = "excel"))]
 pub mod workbook;
 pub(crate) mod wrap;
-#[cfg(feature = "html")]
+#[cfg(any(feature = "html", feature = "dcc"))]
 pub(crate) mod xml;
 
 pub use chart::{Bar, Chart, GapPanel, GapPoint, Interval, Part, Residual};
@@ -165,14 +165,14 @@ pub struct MarkedLine {
     pub added: String,
 }
 
-/// How a verdict or a row sounds.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+/// How a verdict or a row sounds; what is not in order weighs most.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Tone {
+    /// In order.
+    Good,
     /// Neither good nor bad.
     #[default]
     Plain,
-    /// In order.
-    Good,
     /// Worth a look.
     Caution,
     /// Rejected, or missing.
@@ -180,16 +180,6 @@ pub enum Tone {
 }
 
 impl Tone {
-    /// What is not in order weighs most.
-    fn weight(self) -> u8 {
-        match self {
-            Tone::Bad => 3,
-            Tone::Caution => 2,
-            Tone::Plain => 1,
-            Tone::Good => 0,
-        }
-    }
-
     /// The word that goes before a verdict, so that it needs no colour.
     pub(crate) fn word(self, lang: Language) -> &'static str {
         match self {
@@ -219,6 +209,11 @@ impl Figure {
     pub(crate) fn new(caption: impl Into<String>, chart: Chart, wide: bool) -> Self {
         let caption = caption.into();
         Figure { description: caption.clone(), caption, chart, wide }
+    }
+
+    /// The same with words of their own for those who cannot see it.
+    pub(crate) fn described(self, description: String) -> Self {
+        Figure { description, ..self }
     }
 }
 
@@ -265,7 +260,7 @@ impl Section {
         };
         let bad = self.blocks.iter().any(|block| tone(block) == Some(Tone::Bad));
         for run in self.blocks.chunk_by_mut(|a, b| tone(a).is_some() && tone(b).is_some()) {
-            run.sort_by_key(|block| std::cmp::Reverse(tone(block).map_or(0, Tone::weight)));
+            run.sort_by_key(|block| std::cmp::Reverse(tone(block)));
         }
         for block in &mut self.blocks {
             match &mut block.content {

@@ -75,8 +75,8 @@ pub enum Cell {
     Probability(f64),
     /// A share, as a percentage.
     Share(f64),
-    /// What does not exist, and why; the reason may be empty.
-    Absent(String),
+    /// What does not exist.
+    Absent,
 }
 
 impl Cell {
@@ -85,9 +85,9 @@ impl Cell {
         Cell::Text(format!("`{}`", name.as_ref()))
     }
 
-    /// Nothing, for no reason that needs saying.
+    /// What does not exist.
     pub fn absent() -> Self {
-        Cell::Absent(String::new())
+        Cell::Absent
     }
 
     /// A value with as many digits as its uncertainty carries.
@@ -136,8 +136,7 @@ impl Cell {
             Cell::Dof(dof) => super::number::dof(*dof),
             Cell::Probability(p) => probability(*p),
             Cell::Share(share) => format!("{:.1} %", 100.0 * share),
-            Cell::Absent(reason) if reason.is_empty() => "-".into(),
-            Cell::Absent(reason) => format!("- ({reason})"),
+            Cell::Absent => "-".into(),
         }
     }
 
@@ -146,7 +145,7 @@ impl Cell {
         match self {
             Cell::Text(text) => text.clone(),
             Cell::Dof(dof) if super::number::dof(*dof) == "inf" => "\u{221e}".into(),
-            Cell::Absent(_) => self.text().replacen('-', "\u{2013}", 1),
+            Cell::Absent => "\u{2013}".into(),
             number => match number.text() {
                 text if text.starts_with('-') => text.replacen('-', "\u{2212}", 1),
                 text => text,
@@ -175,12 +174,6 @@ impl From<&String> for Cell {
 
 impl From<usize> for Cell {
     fn from(count: usize) -> Self {
-        Cell::Text(count.to_string())
-    }
-}
-
-impl From<u64> for Cell {
-    fn from(count: u64) -> Self {
         Cell::Text(count.to_string())
     }
 }

@@ -22,9 +22,9 @@ struct Shown {
 fn whole(document: &Document, shown: Shown) -> String {
     let Shown { detail, lang, .. } = shown;
     let mut parts = Vec::new();
-    let mut head = wrap::hanging(&bare(&document.title), 2) + "\n";
+    let mut head = line(&document.title);
     if detail >= Detail::Full && !document.subtitle.is_empty() {
-        head.push_str(&(wrap::hanging(&bare(&document.subtitle), 2) + "\n"));
+        head.push_str(&line(&document.subtitle));
     }
     head.push_str(&facts(&document.facts, lang));
     parts.push(head);
@@ -62,9 +62,13 @@ fn within(section: &Section, shown: Shown) -> Option<String> {
     Some(text)
 }
 
+/// A sentence that goes on below its beginning.
+fn line(text: &str) -> String {
+    wrap::hanging(&bare(text), 2) + "\n"
+}
+
 fn content(content: &Content, shown: Shown) -> String {
     let Shown { detail, lang, .. } = shown;
-    let line = |text: &str| wrap::hanging(&bare(text), 2) + "\n";
     match content {
         Content::Prose(text) | Content::Verdict { tone: Tone::Plain, text } => line(text),
         Content::Verdict { tone, text } => line(&format!("{}{}{text}", tone.word(lang), lang.colon())),
@@ -133,10 +137,7 @@ fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> St
     let titles: Vec<String> = columns.iter().map(|column| bare(&column.title)).collect();
     let right: Vec<bool> = columns.iter().map(|column| !matches!(column.align, Align::Left | Align::Bar)).collect();
     let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
-    let mut text = match table.caption.as_str() {
-        "" => String::new(),
-        caption => wrap::hanging(&bare(caption), 2) + "\n",
-    };
+    let mut text = if table.caption.is_empty() { String::new() } else { line(&table.caption) };
     text.push_str(&set(&titles, &rows, &right));
     if table.rows.len() > most {
         let n = table.rows.len() - most;
@@ -144,7 +145,7 @@ fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> St
         text.push_str(&(more + "\n"));
     }
     if detail >= Detail::Full && !table.note.is_empty() {
-        text.push_str(&(wrap::hanging(&bare(&table.note), 2) + "\n"));
+        text.push_str(&line(&table.note));
     }
     text
 }
@@ -187,14 +188,12 @@ fn set(header: &[&str], rows: &[Vec<String>], right: &[bool]) -> String {
     let columns: Vec<Column> =
         header.iter().enumerate().map(|(k, title)| Column::of(k, title, rows, right(k))).collect();
     let all: Vec<usize> = (0..columns.len()).collect();
-    let natural: usize = columns.iter().map(|column| column.widest).sum();
-    let fits = |size: usize, gap: usize| size + gap * columns.len().saturating_sub(1) <= WIDTH;
-    if let Some(gap) = GAPS.into_iter().find(|gap| fits(natural, *gap)) {
-        return framed(&columns, &all, gap, header, rows);
-    }
-    let least: usize = columns.iter().map(|column| column.least).sum();
-    if let Some(gap) = GAPS.into_iter().find(|gap| fits(least, *gap)) {
-        return framed(&columns, &all, gap, header, rows);
+    for size in [|column: &Column| column.widest, |column: &Column| column.least] {
+        let size: usize = columns.iter().map(size).sum();
+        let fits = |gap: &usize| size + gap * columns.len().saturating_sub(1) <= WIDTH;
+        if let Some(gap) = GAPS.into_iter().find(fits) {
+            return framed(&columns, &all, gap, header, rows);
+        }
     }
     let blocks = blocks(&columns);
     let part = |(k, block): (usize, &Vec<usize>)| {

@@ -33,7 +33,7 @@ pub(crate) use conditional::{Circle, Conditional};
 pub use conformity::{Conformity, judge};
 pub use gauss_newton::Stop;
 pub(crate) use gauss_newton::{Convergence, INVISIBLE, Iteration, NEGLIGIBLE};
-pub(crate) use names::NamedCombination;
+pub(crate) use names::{NamedCombination, sum};
 pub(crate) use noise::{ScatterSources, VarianceFrom, VarianceSource, is_correlation};
 pub use parameters::{Angle, ParameterResult, State};
 pub(crate) use parameters::{CombinationResult, DerivedResult, SAME, moved};

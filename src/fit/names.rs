@@ -17,8 +17,7 @@ pub struct NamedCombination {
 pub fn describe(campaign: &Campaign, combination: &Combination) -> NamedCombination {
     let id = |k: usize| campaign.parameters.get(k).map_or(String::new(), |p| p.id.clone());
     let terms: Vec<(String, f64)> = combination.terms.iter().map(|(k, c)| (id(*k), *c)).collect();
-    let mut text = String::new();
-    for (name, coefficient) in &terms {
+    let text = sum(terms.iter().map(|(name, coefficient)| {
         let known = known_as(campaign, *coefficient);
         // a negative known coefficient named by itself takes the sign with it
         let negative = (*coefficient < 0.0) != known.is_some_and(|(_, negative)| negative);
@@ -27,16 +26,24 @@ pub fn describe(campaign: &Campaign, combination: &Combination) -> NamedCombinat
             None if (coefficient.abs() - 1.0).abs() < 1e-9 => String::new(),
             None => format!("{}*", six_digits(coefficient.abs())),
         };
+        (negative, factor + name)
+    }));
+    NamedCombination { terms, text }
+}
+
+/// Terms as a sum, each with whether it is taken away: `a - 2*b`.
+pub(crate) fn sum(terms: impl IntoIterator<Item = (bool, String)>) -> String {
+    let mut text = String::new();
+    for (negative, term) in terms {
         text.push_str(match (text.is_empty(), negative) {
             (true, true) => "-",
             (true, false) => "",
             (false, true) => " - ",
             (false, false) => " + ",
         });
-        text.push_str(&factor);
-        text.push_str(name);
+        text.push_str(&term);
     }
-    NamedCombination { terms, text }
+    text
 }
 
 /// A coefficient is called by a known parameter's name where it differs from it by less than the six printed digits show: away from the

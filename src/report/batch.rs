@@ -3,7 +3,9 @@
 use super::fit_document::model_facts;
 use super::provenance::begin;
 use super::{Input, ReportKind, VERSION, finite};
-use crate::batch::{Chance, NoisyDevice, NotInOrder, Reason, Row, Scattering, Summary};
+use crate::batch::{
+    Chance, DeviceCounts, NoisyDevice, NotInOrder, OutlyingDevice, Quantity, Reason, Row, Scattering, Summary,
+};
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::document::chart::{Chart, Control, Distribution};
 use crate::document::number::{level, rounded, significant};
@@ -47,7 +49,7 @@ pub struct BatchReport {
     /// Every estimated parameter and derived quantity over the accepted devices.
     pub quantities: Vec<DistributionReport>,
     /// Outlying devices, the farthest first, at most 50.
-    pub outlying: Vec<OutlyingReport>,
+    pub outlying: Vec<OutlyingDevice>,
     /// Accepted devices whose residuals scatter more than those of the others (1 % over all devices), the noisiest first, at most 50.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub noisy: Vec<NoisyDevice>,
@@ -64,26 +66,6 @@ pub struct BatchReport {
     /// Lots or dates in the order in which they were met; empty where no column has them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub lots: Vec<LotReport>,
-}
-
-/// Devices by what became of them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct DeviceCounts {
-    /// All.
-    pub all: usize,
-    /// Determined, and the global test passed where there is one.
-    pub accepted: usize,
-    /// A rank defect, a failed global test, lack of fit, no convergence.
-    pub rejected: usize,
-    /// Readings that are no readings of this campaign.
-    pub malformed: usize,
-    /// With suspicious readings.
-    pub suspicious: usize,
-    /// Fitted by the factorisation of a common schedule.
-    pub common_schedule: usize,
-    /// Fitted by themselves.
-    pub own_fit: usize,
 }
 
 /// A test of every device.
@@ -122,42 +104,11 @@ pub struct DistributionReport {
     pub id: String,
     /// Unit (`rad` for tilts).
     pub unit: String,
-    /// Devices that have a value.
-    pub devices: usize,
-    /// Mean of the devices that do not stand apart (`outlying`), in `unit`.
-    pub mean: f64,
-    /// Standard deviation between them, in `unit`.
-    pub sd: Option<f64>,
-    /// Least value, in `unit`.
-    pub least: f64,
-    /// Median, in `unit`.
-    pub median: f64,
-    /// Largest value, in `unit`.
-    pub most: f64,
-    /// Value below which 5 % of the devices are, in `unit`.
-    pub q05: f64,
-    /// Value below which 95 % of the devices are, in `unit`.
-    pub q95: f64,
-    /// Root mean square of the devices' standard uncertainties.
-    pub u: Option<f64>,
-    /// Do the devices that do not stand apart differ more than they are measured? Null without uncertainties.
-    pub scattering: Option<Scattering>,
+    /// How it is distributed.
+    #[serde(flatten)]
+    pub of: Quantity,
     /// Limits, in `unit`; null for none.
     pub limits: Option<[Option<f64>; 2]>,
-}
-
-/// An outlying device.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct OutlyingReport {
-    /// The device.
-    pub device: String,
-    /// The quantity.
-    pub id: String,
-    /// Its value, in the quantity's unit.
-    pub value: f64,
-    /// Distance from the median in robust standard deviations, `(x - median) / (1.4826 MAD)`.
-    pub z: f64,
 }
 
 /// A lot or a date.
@@ -181,7 +132,7 @@ pub struct LotReport {
 impl LotReport {
     /// Does the lot's mean of a quantity lie beyond its control limits?
     pub(crate) fn is_beyond(&self, of: &DistributionReport) -> bool {
-        self.mean.get(&of.id).zip(self.control.get(&of.id)).is_some_and(|(mean, by)| (mean - of.mean).abs() > *by)
+        self.mean.get(&of.id).zip(self.control.get(&of.id)).is_some_and(|(mean, by)| (mean - of.of.mean).abs() > *by)
     }
 }
 
@@ -244,23 +195,8 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
         Some([bound.lower, bound.upper].map(finite))
     };
     let quantity = |(k, (id, unit)): (usize, &(String, String))| {
-        let statistics = summary.quantity(k)?;
-        let [least, q05, median, q95, most] = statistics.quantiles;
-        Some(DistributionReport {
-            id: id.clone(),
-            unit: unit.clone(),
-            devices: statistics.devices,
-            mean: statistics.mean,
-            sd: statistics.sd,
-            least,
-            median,
-            most,
-            q05,
-            q95,
-            u: statistics.u,
-            scattering: statistics.scattering,
-            limits: limits(k),
-        })
+        let of = summary.quantity(k)?;
+        Some(DistributionReport { id: id.clone(), unit: unit.clone(), of, limits: limits(k) })
     };
     let name = |k: usize| names.get(k).map_or(String::new(), |(id, _)| id.clone());
     let lots = summary.lots.iter().map(|lot| {
@@ -283,7 +219,6 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
         (Reason::SuspiciousReadings, &summary.snooping),
         (Reason::LackOfFit, &summary.lack_of_fit),
     ];
-    let [accepted, rejected, malformed] = summary.verdicts;
     let [pass, undecided, fail] = summary.conformity;
     BatchReport {
         tumble: VERSION.into(),
@@ -294,15 +229,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
         estimator: settings.estimator,
         level: settings.level,
         by: by.into(),
-        devices: DeviceCounts {
-            all: summary.devices,
-            accepted,
-            rejected,
-            malformed,
-            suspicious: summary.suspicious,
-            common_schedule: summary.solved[0],
-            own_fit: summary.solved[1],
-        },
+        devices: summary.devices.clone(),
         conformity: (!campaign.limits.is_empty()).then_some(ConformityCounts {
             decision: campaign.decision,
             pass,
@@ -310,11 +237,7 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
             fail,
         }),
         quantities: names.iter().enumerate().filter_map(quantity).collect(),
-        outlying: summary
-            .outlying(MOST)
-            .into_iter()
-            .map(|o| OutlyingReport { device: o.label, id: name(o.quantity), value: o.value, z: o.z })
-            .collect(),
+        outlying: summary.outlying(MOST, &name),
         noisy: summary.noisy(MOST),
         not_in_order: summary.not_in_order.clone(),
         reasons: summary.reasons.clone(),
@@ -405,7 +328,7 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
         let decision = limits.decision.to_string();
         (tone, say!(lang, "conformity-rule-pass-undecided-fail", decision, pass, undecided, fail))
     });
-    let differs = |q: &&DistributionReport| q.scattering.as_ref().is_some_and(|s| s.significant == Some(true));
+    let differs = |q: &&DistributionReport| q.of.scattering.as_ref().is_some_and(|s| s.significant == Some(true));
     let names = lang.names(report.quantities.iter().filter(differs).map(|q| q.id.as_str()));
     Section::new(say!(lang, "result")).verdicts([accepted]).verdicts(noisy).verdicts(conformity).prose(say!(
         lang,
@@ -429,20 +352,20 @@ fn reasons(report: &BatchReport, lang: Language) -> Section {
 }
 
 fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, lang: Language) -> Section {
-    let between = |q: &DistributionReport, of: fn(&Scattering) -> f64| q.scattering.as_ref().map(of);
+    let between = |q: &DistributionReport, of: fn(&Scattering) -> f64| q.of.scattering.as_ref().map(of);
     let bound = |bound: Option<f64>| bound.map_or(String::new(), |x| significant(x, 4));
     let table = Rows::of(&report.quantities)
         .name(say!(lang, "quantity"), |q| &q.id)
-        .right(say!(lang, "devices"), |q| q.devices)
+        .right(say!(lang, "devices"), |q| q.of.devices)
         .at(Detail::Roomy)
-        .decimal(say!(lang, "mean"), |q| Cell::Value(q.mean, q.sd))
-        .decimal("sd", |q| Cell::digits(q.sd, 3))
-        .decimal("u", |q| Cell::digits(q.u, 3))
+        .decimal(say!(lang, "mean"), |q| Cell::Value(q.of.mean, q.of.sd))
+        .decimal("sd", |q| Cell::digits(q.of.sd, 3))
+        .decimal("u", |q| Cell::digits(q.of.u, 3))
         .decimal(say!(lang, "sd-of-devices"), |q| Cell::digits(between(q, |s| s.sd_of_devices), 3))
         .right(say!(lang, "p-if-alike"), |q| Cell::p(between(q, |s| s.p)))
-        .decimal(say!(lang, "min"), |q| Cell::Value(q.least, q.sd))
+        .decimal(say!(lang, "min"), |q| Cell::Value(q.of.least, q.of.sd))
         .at(Detail::Full)
-        .decimal(say!(lang, "max"), |q| Cell::Value(q.most, q.sd))
+        .decimal(say!(lang, "max"), |q| Cell::Value(q.of.most, q.of.sd))
         .at(Detail::Full)
         .left(say!(lang, "limits"), |q| q.limits.map(|[a, b]| format!("{}\u{a0}..\u{a0}{}", bound(a), bound(b))))
         .at(Detail::Roomy)
@@ -454,9 +377,9 @@ fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, la
         let (_, summary) = fitted?;
         let values = summary.values(ids.iter().position(|(id, _)| *id == q.id)?);
         let limits = q.limits.map(|[low, high]| [low.unwrap_or(f64::NEG_INFINITY), high.unwrap_or(f64::INFINITY)]);
-        let alone = q.scattering.as_ref().map(|s| [q.median, s.u]);
+        let alone = q.of.scattering.as_ref().map(|s| [q.of.median, s.u]);
         let chart = Distribution { label: q.id.clone(), unit: q.unit.clone(), values, limits, alone };
-        let caption = format!("{}{}{}", q.id, lang.colon(), lang.count(q.devices, "device"));
+        let caption = format!("{}{}{}", q.id, lang.colon(), lang.count(q.of.devices, "device"));
         Some(Figure::new(caption, Chart::Distribution(chart), false))
     };
     let figures: Vec<Figure> = report.quantities.iter().take(DRAWN).filter_map(figure).collect();
@@ -500,12 +423,12 @@ fn apart(report: &BatchReport, links: &BTreeMap<String, String>, lang: Language)
     }
     let rows = report.outlying.iter().map(|outlier| (outlier, report.quantities.iter().find(|q| q.id == outlier.id)));
     let table = Rows::of(rows)
-        .left(report.by.as_str(), |(outlier, _)| &outlier.device)
+        .left(report.by.as_str(), |(outlier, _)| &outlier.label)
         .name(say!(lang, "quantity"), |(outlier, _)| &outlier.id)
-        .decimal(say!(lang, "value"), |(outlier, q)| Cell::Value(outlier.value, q.and_then(|q| q.u)))
+        .decimal(say!(lang, "value"), |(outlier, q)| Cell::Value(outlier.value, q.and_then(|q| q.of.u)))
         .decimal("z", |(outlier, _)| Cell::Decimals(outlier.z, 1))
         .left(say!(lang, "unit"), |(_, q)| q.map_or("", |q| q.unit.as_str()))
-        .link(|(outlier, _)| links.get(&outlier.device))
+        .link(|(outlier, _)| links.get(&outlier.label))
         .note(say!(lang, "z-value-median-mad-beyond-what-a"));
     section.table(table)
 }
@@ -521,7 +444,7 @@ fn lots(report: &BatchReport, lang: Language) -> Section {
         beyond.extend(judged().filter(|(lot, _)| lot.is_beyond(q)).map(|(lot, (mean, by))| (q, lot, mean, by)));
         let lots = judged().map(|(lot, (mean, by))| (lot.name.clone(), mean, by)).collect();
         let caption = say!(lang, "grouped-by", what = q.id, by = say!(lang, "lot"));
-        let control = Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.mean };
+        let control = Control { label: q.id.clone(), unit: q.unit.clone(), lots, mean: q.of.mean };
         figures.push(Figure::new(caption, Chart::Control(control), false));
     }
     if figures.is_empty() {
@@ -537,7 +460,7 @@ fn lots(report: &BatchReport, lang: Language) -> Section {
         .right(say!(lang, "devices"), |(q, lot, ..)| lot.devices.get(&q.id).copied().unwrap_or_default())
         .decimal(say!(lang, "mean"), |(.., mean, by)| Cell::Value(mean, Some(by)))
         .left(say!(lang, "control-limits"), |(q, .., by)| {
-            let [low, high] = [q.mean - by, q.mean + by].map(|limit| rounded(limit, Some(by)));
+            let [low, high] = [q.of.mean - by, q.of.mean + by].map(|limit| rounded(limit, Some(by)));
             format!("{low} .. {high}")
         })
         .left(say!(lang, "unit"), |(q, ..)| &q.unit);

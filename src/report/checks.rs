@@ -1,11 +1,12 @@
-//! What a fit report says of the readings: whether they agree with the model, the robust estimator, a record that was streamed, the constraints.
+//! What a fit report says of the readings: whether they agree with the model, the robust estimator, a record that was streamed, the constraints,
+//! the Monte Carlo beside the first order.
 
 use super::ARCSEC;
 use crate::campaign::{Campaign, Constraint, Kind};
-use crate::document::number::{at_most, significant};
+use crate::document::number::{at_most, percent, significant};
 use crate::estimate::Side;
 use crate::fit::streamed::{BinnedResiduals, SensorResiduals};
-use crate::fit::{Constraints, Cost, Fit, RobustMethod};
+use crate::fit::{self, Constraints, Drawn, Fit, RobustMethod};
 use crate::language::{Sentence, sentence};
 use crate::quality::{LackOfFit, NormalityTest, RunsTest};
 use crate::uncertainty::quantiles;
@@ -146,13 +147,6 @@ pub struct EachParameter {
     /// In alphabetical order.
     names: Arc<[String]>,
     values: Box<[f64]>,
-}
-
-impl EachParameter {
-    /// The number of the parameter with this id.
-    pub fn get(&self, id: &str) -> Option<f64> {
-        self.names.iter().zip(&self.values).find(|(name, _)| *name == id).map(|(_, value)| *value)
-    }
 }
 
 impl From<BTreeMap<String, f64>> for EachParameter {
@@ -374,33 +368,17 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
                 p = short(input.p)
             ));
         }
-        match worst {
-            Some(test) if test.ratio > 1.0 => found.push(sentence!(
-                "means-of-rows-scatter-too-much",
-                sensor = sensor.sensor,
-                rows = test.rows.to_string(),
-                ratio = short(test.ratio.sqrt()),
-                p = short(test.p)
-            )),
-            Some(test) => found.push(sentence!(
-                "means-of-rows-scatter-too-little",
-                sensor = sensor.sensor,
-                rows = test.rows.to_string(),
-                ratio = short(test.ratio.sqrt()),
-                p = short(test.p)
-            )),
-            None => {
-                if let Some(p) = sensor.lags_p.filter(|p| *p < level) {
-                    let lag = sensor.lags.iter().max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
-                    found.push(sentence!(
-                        "residuals-are-correlated",
-                        sensor = sensor.sensor,
-                        correlation = lag.map_or(String::new(), |lag| short(lag.correlation)),
-                        rows = lag.map_or(String::new(), |lag| lag.rows.to_string()),
-                        p = short(p)
-                    ));
-                }
-            }
+        let id = &sensor.sensor;
+        if let Some(test) = worst {
+            let (rows, ratio, p) = (test.rows.to_string(), short(test.ratio.sqrt()), short(test.p));
+            found.push(match is_correlated {
+                true => sentence!("means-of-rows-scatter-too-much", sensor = id, rows, ratio, p),
+                false => sentence!("means-of-rows-scatter-too-little", sensor = id, rows, ratio, p),
+            });
+        } else if let Some(p) = sensor.lags_p.filter(|p| *p < level) {
+            let lag = sensor.lags.iter().max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
+            let (correlation, rows) = lag.map(|l| (short(l.correlation), l.rows.to_string())).unwrap_or_default();
+            found.push(sentence!("residuals-are-correlated", sensor = id, correlation, rows, p = short(p)));
         }
         if is_correlated && !rejected.is_empty() {
             let inputs: Vec<&str> = rejected.iter().map(|input| input.column.as_str()).collect();
@@ -507,15 +485,19 @@ pub struct ConstraintReport {
 }
 
 pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
-    let (status, contradictory): (ConstraintsStatus, &[usize]) = match &fit.constraints {
+    let mut contradictory: &[usize] = &[];
+    let (mut active, mut cost, mut on_face, mut equations) = (&[][..], None, None, None);
+    let status = match &fit.constraints {
         Constraints::None => return None,
-        Constraints::Met { .. } => (ConstraintsStatus::Met, &[]),
-        Constraints::Contradictory(named) => (ConstraintsStatus::Contradictory, named),
-        Constraints::NotApplied => (ConstraintsStatus::NotApplied, &[]),
-    };
-    let (active, cost, on_face) = match &fit.constraints {
-        Constraints::Met { active, cost, on_face, .. } => (active.as_slice(), Some(*cost), on_face.as_ref()),
-        _ => (&[][..], None, None),
+        Constraints::Met { active: holding, cost: all, on_face: face, equations: own, .. } => {
+            (active, cost, on_face, equations) = (holding, Some(*all), face.as_ref(), own.as_ref());
+            ConstraintsStatus::Met
+        }
+        Constraints::Contradictory(named) => {
+            contradictory = named;
+            ConstraintsStatus::Contradictory
+        }
+        Constraints::NotApplied => ConstraintsStatus::NotApplied,
     };
     let list: Vec<ConstraintReport> = fit
         .campaign
@@ -543,15 +525,12 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
         })
         .collect();
     let short = |x: f64| significant(x, 3);
-    let equations = match &fit.constraints {
-        Constraints::Met { equations: Some(Cost { chi_square, count, .. }), .. } => Some(EquationsReport {
-            cost: *chi_square,
-            count: *count,
-            p: fit.equations_p(),
-            rejected: fit.equations_are_rejected(),
-        }),
-        _ => None,
-    };
+    let equations = equations.map(|own| EquationsReport {
+        cost: own.chi_square,
+        count: own.count,
+        p: fit.equations_p(),
+        rejected: fit.equations_are_rejected(),
+    });
     let verdict = match status {
         ConstraintsStatus::Contradictory => {
             let named: Vec<String> = contradictory.iter().map(|k| (k + 1).to_string()).collect();
@@ -609,17 +588,10 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
     let number = |x: f64| at_most(x, 12);
     match constraint {
         Constraint::Linear { terms, lower, upper } => {
-            let mut sum = String::new();
-            for (k, c) in terms {
-                let sign = match (sum.is_empty(), *c < 0.0) {
-                    (true, true) => "-",
-                    (true, false) => "",
-                    (false, true) => " - ",
-                    (false, false) => " + ",
-                };
+            let sum = fit::sum(terms.iter().map(|(k, c)| {
                 let factor = if c.abs() == 1.0 { String::new() } else { format!("{}*", number(c.abs())) };
-                sum.push_str(&format!("{sign}{factor}{}", id(k)));
-            }
+                (*c < 0.0, factor + id(k))
+            }));
             let tilts = angles(&terms.iter().map(|(k, _)| *k).collect::<Vec<usize>>());
             let (scale, unit) = if tilts { (ARCSEC, " arcsec") } else { (1.0, "") };
             match (lower.is_finite(), upper.is_finite()) {
@@ -635,4 +607,38 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
             format!("norm of ({}) <= {}{unit}", names.join(", "), number(at_most * scale))
         }
     }
+}
+
+/// Monte Carlo compared with the first order.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
+pub struct MonteCarloReport {
+    /// What was drawn.
+    #[serde(flatten)]
+    pub drawn: Drawn,
+    /// In words.
+    pub verdict: Vec<Sentence>,
+}
+
+/// Monte Carlo results of a fit for the report.
+pub fn monte_carlo_report(drawn: Drawn, fit: &Fit) -> MonteCarloReport {
+    let mut verdict = Vec::new();
+    for output in drawn.outputs.iter().filter(|output| output.first_order_agrees == Some(false)) {
+        let Some([low, high]) = output.first_order else { continue };
+        let off = (low - output.interval[0]).abs().max((high - output.interval[1]).abs());
+        verdict.push(sentence!(
+            "the-first-order-does-not-describe-its",
+            id = output.id,
+            level = percent(fit.settings.level),
+            sd = significant(off / output.u, 2)
+        ));
+    }
+    if drawn.held {
+        verdict.push(sentence!("bounds-held-trials-back"));
+    }
+    let errors: Vec<String> = fit.scale_factor_errors().into_iter().map(|error| error.id).collect();
+    if !errors.is_empty() {
+        verdict.push(sentence!("scale-factor-errors-are-not-drawn", errors = errors.join(", ")));
+    }
+    MonteCarloReport { drawn, verdict }
 }

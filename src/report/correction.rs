@@ -1,6 +1,7 @@
 //! The correction for a person: the first order as lines of algebra, where it holds, and what must be given.
 
 use crate::document::number::{at_most, significant};
+use crate::fit::sum;
 use crate::language::{Language, say};
 use crate::wire::{CorrectionFile, InputFile};
 
@@ -13,7 +14,6 @@ pub(super) fn correction_lines(correction: &CorrectionFile) -> Vec<String> {
     solved
         .zip(&correction.matrix)
         .map(|(input, row)| {
-            let mut line = format!("{} =", input.id);
             let largest = row.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
             // cross terms below the last digit of the largest do not show
             let shown = row
@@ -21,16 +21,10 @@ pub(super) fn correction_lines(correction: &CorrectionFile) -> Vec<String> {
                 .zip(&correction.sensors)
                 .zip(&correction.bias)
                 .filter(|((c, _), _)| c.abs() > 1e-12 * largest);
-            for (k, ((c, sensor), bias)) in shown.enumerate() {
-                let sign = match (k, *c < 0.0) {
-                    (0, false) => " ",
-                    (0, true) => " -",
-                    (_, false) => " + ",
-                    (_, true) => " - ",
-                };
-                line.push_str(&format!("{sign}{}*{}", number(c.abs()), difference(&sensor.id, *bias)));
-            }
-            line
+            let terms = shown.map(|((c, sensor), bias)| {
+                (*c < 0.0, format!("{}*{}", number(c.abs()), difference(&sensor.id, *bias)))
+            });
+            format!("{} = {}", input.id, sum(terms)).trim_end().to_string()
         })
         .collect()
 }

@@ -1,8 +1,9 @@
 //! The fit report (`--json`): its keys and what they mean, and how it is made from a fit.
 
-use super::checks::{self, ChecksReport, ConstraintsReport, EachParameter, RecordReport, RobustReport};
+use super::checks::{
+    self, ChecksReport, ConstraintsReport, EachParameter, MonteCarloReport, RecordReport, RobustReport,
+};
 use super::conformity::{self, ConformityReport};
-use super::monte_carlo::MonteCarloReport;
 use super::scatter::{self, ScatterReport};
 use super::separation::{NotEstimableReport, not_estimable};
 use super::site::{self, SiteReport};

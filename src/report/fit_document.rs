@@ -1,13 +1,12 @@
 //! The document of a fit: the answer first, then where it comes from, then what it rests on.
 
-use super::checks::{ConstraintsStatus, RecordReport};
+use super::checks::{ConstraintsStatus, MonteCarloReport, RecordReport};
 use super::correction::{correction_lines, given_sentence, validity_sentence};
 use super::fit::{Shown, interval_note};
 use super::fit_figures::{FAR, budget_figures, estimate_figures, residual_figures, spread_figures};
-use super::monte_carlo::MonteCarloReport;
 use super::provenance::begin;
 use super::scene::scene_figure;
-use super::{CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
+use super::{BudgetReport, CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
 use crate::campaign::{Campaign, JointState, Kind};
 use crate::correction::Mounting;
 use crate::document::number::{level, rounded, significant};
@@ -233,33 +232,23 @@ fn summary(report: &FitReport, of: Option<&Fit>, lang: Language) -> String {
     said.join(lang.space())
 }
 
-/// A row of the estimates: the quantity, how it sounds, its state and its meaning.
-type Estimate<'a> = (Shown<'a>, Tone, &'a str, &'a str);
-
 /// Every angle and coefficient with its uncertainty, and the residuals drawn.
 fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
     let expanded = format!("U ({})", level(report.level()));
-    let states = report.parameters.iter().map(|p| if p.state == State::Free { "" } else { p.state.name() });
-    let states: Vec<String> =
-        states.map(|state| if state.is_empty() { String::new() } else { lang.term(state) }).collect();
-    let mut meanings: Vec<String> = Vec::new();
-    meanings.extend((0..report.parameters.len()).map(|k| {
-        let parameter = fit.and_then(|fit| fit.parameters.get(k));
-        parameter.map(|parameter| lang.name(&parameter.meaning).into_owned()).unwrap_or_default()
-    }));
     let derived: Vec<_> = report.derived.iter().filter(|d| d.value.is_some()).collect();
-    meanings.extend(derived.iter().map(|d| format!("= `{}`", d.line)));
-    let parameters = report.parameters.iter().zip(&states).map(|(p, state)| {
+    let parameters = report.parameters.iter().enumerate().map(|(k, p)| {
         let tone = if p.state == State::NotEstimable { Tone::Bad } else { Tone::Plain };
-        (p.shown(), tone, state.as_str())
+        let state = if p.state == State::Free { String::new() } else { lang.term(p.state.name()) };
+        let meaning = fit.and_then(|fit| fit.parameters.get(k)).map(|own| lang.name(&own.meaning).into_owned());
+        (p.shown(), tone, state, meaning.unwrap_or_default())
     });
-    let rows = parameters.chain(derived.iter().map(|d| {
-        let tone = if d.note.is_some() { Tone::Caution } else { Tone::Plain };
-        (d.shown(), tone, say!(lang, "derived"))
-    }));
-    let rows =
-        rows.zip(&meanings).map(|((shown, tone, state), meaning)| -> Estimate<'_> { (shown, tone, state, meaning) });
-    let table = Rows::of(rows)
+    let rows: Vec<(Shown<'_>, Tone, String, String)> = parameters
+        .chain(derived.iter().map(|d| {
+            let tone = if d.note.is_some() { Tone::Caution } else { Tone::Plain };
+            (d.shown(), tone, say!(lang, "derived").to_string(), format!("= `{}`", d.line))
+        }))
+        .collect();
+    let table = Rows::of(&rows)
         .name(say!(lang, "parameter"), |(quantity, ..)| quantity.id)
         .decimal(say!(lang, "estimate"), |(quantity, ..)| Cell::value(quantity.value, quantity.expanded.or(quantity.u)))
         .decimal("u", |(quantity, ..)| Cell::value(quantity.u, quantity.u))
@@ -271,7 +260,7 @@ fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
         .left(say!(lang, "state"), |(_, _, state, _)| state)
         .left(say!(lang, "meaning"), |(.., meaning)| meaning)
         .at(Detail::Full)
-        .tone(|(_, tone, ..)| tone)
+        .tone(|(_, tone, ..)| *tone)
         .note(say!(lang, "u-combined-standard-uncertainty-k-u-expanded", expanded));
     let mut notes = Vec::new();
     for p in report.parameters.iter().filter(|p| p.state == State::AtBound && p.u.is_some()) {
@@ -341,23 +330,21 @@ fn budget(report: &FitReport, asked: bool, lang: Language) -> Section {
             rows.push((quantity, None, false));
         }
     }
-    let words = |text: String| Cell::Text(text);
+    let of = |line: Option<&BudgetReport>, cell: &dyn Fn(&BudgetReport) -> Cell| line.map_or("".into(), cell);
     let table = Rows::of(rows)
         .left(say!(lang, "quantity"), |(quantity, _, first)| if first { Cell::name(quantity.id) } else { "".into() })
         .left(say!(lang, "source"), |(_, line, _)| {
-            line.map_or(say!(lang, "combined").into(), |line| words(scatter::source_name(&line.source, lang)))
+            line.map_or(say!(lang, "combined").into(), |line| scatter::source_name(&line.source, lang))
         })
-        .right(say!(lang, "estimate"), |(_, line, _)| line.map_or("".into(), |line| Cell::digits(line.estimate, 6)))
+        .right(say!(lang, "estimate"), |(_, line, _)| of(line, &|line| Cell::digits(line.estimate, 6)))
         .at(Detail::Roomy)
-        .left(say!(lang, "type"), |(_, line, _)| line.map_or("".into(), |line| words(line.evaluation.to_string())))
+        .left(say!(lang, "type"), |(_, line, _)| of(line, &|line| line.evaluation.to_string().into()))
         .left(say!(lang, "distribution"), |(_, line, _)| {
-            line.map_or("".into(), |line| words(lang.term(&line.distribution.to_string())))
+            of(line, &|line| lang.term(&line.distribution.to_string()).into())
         })
         .at(Detail::Roomy)
-        .right(say!(lang, "u-of-source"), |(_, line, _)| line.map_or("".into(), |line| Cell::digits(line.source_u, 3)))
-        .right("c", |(quantity, line, _)| {
-            line.map_or("".into(), |line| Cell::digits(line.c.map(|c| c * quantity.scale), 4))
-        })
+        .right(say!(lang, "u-of-source"), |(_, line, _)| of(line, &|line| Cell::digits(line.source_u, 3)))
+        .right("c", |(quantity, line, _)| of(line, &|line| Cell::digits(line.c.map(|c| c * quantity.scale), 4)))
         .right(say!(lang, "dof"), |(quantity, line, _)| Cell::dof(line.map_or(quantity.dof, |line| line.dof), true))
         .right(say!(lang, "contribution"), |(quantity, line, _)| {
             Cell::digits(line.map_or(quantity.u, |line| Some(line.u * quantity.scale)), 3)
@@ -466,7 +453,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
     });
     let means = Rows::of(tests)
         .left(say!(lang, "sensor"), |(sensor, _)| &sensor.sensor)
-        .right(say!(lang, "rows-in-a-mean"), |(_, test)| test.rows)
+        .right(say!(lang, "rows-in-a-mean"), |(_, test)| test.rows.to_string())
         .decimal(say!(lang, "sd-over-that-of-independent-rows"), |(_, test)| Cell::Digits(test.ratio.sqrt(), 3))
         .right("p", |(_, test)| Cell::Probability(test.p));
     let inputs = Rows::of(&record.inputs)
@@ -479,7 +466,7 @@ fn record_tables(section: Section, record: &RecordReport, lang: Language) -> Sec
     let far = record.sensors.iter().flat_map(|sensor| sensor.largest.iter().take(5).map(move |far| (sensor, far)));
     let largest = Rows::of(far)
         .left(say!(lang, "sensor"), |(sensor, _)| &sensor.sensor)
-        .right(say!(lang, "row-of-the-record"), |(_, far)| far.number)
+        .right(say!(lang, "row-of-the-record"), |(_, far)| far.number.to_string())
         .decimal(say!(lang, "value"), |(_, far)| Cell::Digits(far.value, 6))
         .decimal(say!(lang, "residual"), |(_, far)| Cell::Digits(far.residual, 3))
         .decimal("w", |(_, far)| Cell::Decimals(far.w, 2))

@@ -33,8 +33,9 @@ fn parts(budget: &[BudgetReport], u: f64, lang: Language) -> Vec<Part> {
 
 /// Angles with error bars, and their standard uncertainties by source.
 pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure> {
-    let known = |q: &Shown<'_>| q.is_angle && q.value.is_some() && q.u.is_some() && q.expanded.is_some();
-    let angles: Vec<Shown<'_>> = report.quantities().filter(known).take(MOST_ROWS).collect();
+    let angles = report.quantities().filter(|q| q.is_angle);
+    let angles = angles.filter_map(|q| Some((q, q.value?, q.u?, q.expanded?))).take(MOST_ROWS);
+    let angles: Vec<(Shown<'_>, f64, f64, f64)> = angles.collect();
     if angles.is_empty() {
         return Vec::new();
     }
@@ -42,41 +43,30 @@ pub(super) fn estimate_figures(report: &FitReport, lang: Language) -> Vec<Figure
         let parameter = report.parameters.iter().find(|p| p.id == id && p.state == State::AtBound)?;
         parameter.interval.map(|ends| ends.map(|end| end * ARCSEC))
     };
-    // those that are drawn have all three
-    let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let interval = |quantity: &Shown<'_>| Interval {
-        label: quantity.id.into(),
-        value: number(quantity.value),
-        expanded: number(quantity.expanded),
-        at_bound: at_bound(quantity.id),
+    let interval = |(q, value, _, expanded): &(Shown<'_>, f64, f64, f64)| Interval {
+        label: q.id.into(),
+        value: *value,
+        expanded: *expanded,
+        at_bound: at_bound(q.id),
     };
     let rows: Vec<Interval> = angles.iter().map(interval).collect();
-    let bar = |q: &Shown<'_>| Bar { label: q.id.into(), parts: parts(q.budget, number(q.u), lang) };
-    let bars: Vec<Bar> = angles.iter().map(bar).collect();
+    let bars = angles.iter().map(|(q, _, u, _)| Bar { label: q.id.into(), parts: parts(q.budget, *u, lang) });
+    let bars: Vec<Bar> = bars.collect();
     let held = rows.iter().any(|row| row.at_bound.is_some()).then(|| say!(lang, "angles-at-bounds").to_string());
     let caption = say!(lang, "angles-with-their-expanded-uncertainties", level = level(report.level()));
-    let values = angles.iter().map(|q| {
-        let [value, expanded] = [rounded(number(q.value), q.u), significant(number(q.expanded), 3)];
-        format!("{} {value} \u{b1} {expanded} arcsec", q.id)
+    let values = angles.iter().map(|(q, value, u, expanded)| {
+        format!("{} {} \u{b1} {} arcsec", q.id, rounded(*value, Some(*u)), significant(*expanded, 3))
     });
-    let sizes = bars.iter().zip(&angles).map(|(bar, quantity)| {
-        let (u, shares) = (significant(number(quantity.u), 3), lang.in_parentheses(&shares(bar, lang)));
-        format!("{} u = {u} arcsec{shares}", quantity.id)
+    let sizes = bars.iter().zip(&angles).map(|(bar, (q, _, u, _))| {
+        format!("{} u = {} arcsec{}", q.id, significant(*u, 3), lang.in_parentheses(&shares(bar, lang)))
     });
     let [values, sizes] = [listed(values, lang), listed(sizes, lang)];
+    let caption = [Some(caption), held].into_iter().flatten().collect::<Vec<_>>().join(lang.space());
+    let divided = say!(lang, "standard-uncertainties-divided-by-each-sources-share");
+    let bars = Chart::Bars(bars, say!(lang, "standard-uncertainty").into(), "arcsec".into(), false);
     vec![
-        Figure {
-            caption: [Some(caption), held].into_iter().flatten().collect::<Vec<_>>().join(lang.space()),
-            description: values,
-            chart: Chart::Values(rows, "arcsec".into()),
-            wide: false,
-        },
-        Figure {
-            caption: say!(lang, "standard-uncertainties-divided-by-each-sources-share").into(),
-            description: sizes,
-            chart: Chart::Bars(bars, say!(lang, "standard-uncertainty").into(), "arcsec".into(), false),
-            wide: false,
-        },
+        Figure::new(caption, Chart::Values(rows, "arcsec".into()), false).described(values),
+        Figure::new(divided, bars, false).described(sizes),
     ]
 }
 
@@ -91,12 +81,10 @@ pub(super) fn budget_figures(report: &FitReport, lang: Language) -> Vec<Figure> 
     if bars.iter().all(|bar| bar.parts.len() < 2) {
         return Vec::new();
     }
-    vec![Figure {
-        caption: say!(lang, "coefficients-each-sources-share-of-the-variance").into(),
-        description: listed(bars.iter().map(|bar| format!("{}: {}", bar.label, shares(bar, lang))), lang),
-        chart: Chart::Bars(bars, say!(lang, "share").into(), "%".into(), true),
-        wide: true,
-    }]
+    let caption = say!(lang, "coefficients-each-sources-share-of-the-variance");
+    let said = listed(bars.iter().map(|bar| format!("{}: {}", bar.label, shares(bar, lang))), lang);
+    let chart = Chart::Bars(bars, say!(lang, "share").into(), "%".into(), true);
+    vec![Figure::new(caption, chart, true).described(said)]
 }
 
 /// What is left of a reading when deviations that it shares with others are taken out.
@@ -156,12 +144,9 @@ pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Vec<Figure> 
     }
     let super::CovarianceReport { order, matrix } = &report.correlation;
     if (2..=MOST_ROWS).contains(&order.len()) {
-        figures.push(Figure {
-            caption: say!(lang, "correlations-of-the-estimates-in-hundredths-blue").into(),
-            description: strongest(order, matrix, lang),
-            wide: order.len() > 14,
-            chart: Chart::Correlation(order.clone(), matrix.clone()),
-        });
+        let caption = say!(lang, "correlations-of-the-estimates-in-hundredths-blue");
+        let chart = Chart::Correlation(order.clone(), matrix.clone());
+        figures.push(Figure::new(caption, chart, order.len() > 14).described(strongest(order, matrix, lang)));
     }
     figures
 }

@@ -6,7 +6,7 @@
 //! | file | subject |
 //! |---|---|
 //! | `fit.rs`, `fit_document.rs`, `fit_figures.rs` | a fit: its report, its document, the figures of that |
-//! | `checks.rs`, `monte_carlo.rs` | what that report says of the readings, a streamed record, the constraints, and the Monte Carlo |
+//! | `checks.rs` | what that report says of the readings, a streamed record, the constraints, and the Monte Carlo |
 //! | `scatter.rs`, `conformity.rs`, `site.rs`, `correction.rs` | what it says of what scatters, of limits, of gravity and Earth rate, of the correction |
 //! | `batch.rs` | many devices: what they come to, a row for each |
 //! | `compare.rs` | published closed forms beside least squares |
@@ -42,7 +42,6 @@ mod fit_document;
 mod fit_figures;
 mod foresight;
 mod guide;
-mod monte_carlo;
 #[cfg(feature = "navigate")]
 mod navigate;
 #[cfg(feature = "navigate")]
@@ -70,6 +69,7 @@ pub use changes::{
     ChangesReport, HistoryReport, changes_document, changes_report, date_of, determination, history_document,
     history_report,
 };
+pub use checks::monte_carlo_report;
 pub use compare::{CompareReport, compare_document, compare_report};
 pub use conformity::conformity;
 pub(crate) use diagnose::{ChangeReport, EffectReport, GapsReport};
@@ -80,7 +80,6 @@ pub(crate) use fit::{ArcsecReport, BudgetReport, CovarianceReport, ParameterRepo
 pub use fit::{FitReport, fit_report, fit_summary};
 pub use fit_document::{Asked, fit_document};
 pub use guide::{GuideReport, guide_report};
-pub use monte_carlo::monte_carlo_report;
 #[cfg(feature = "navigate")]
 pub(crate) use navigate::QuantityWithUnit;
 #[cfg(feature = "navigate")]

@@ -28,9 +28,37 @@ impl Frame {
         move |v| self.top + number::whole(((high - v) / (high - low) * room).round())
     }
 
+    /// Level rules at these heights, and their numbers so far before them.
+    pub(super) fn across(self, area: &Area<'_>, marks: impl Iterator<Item = (i32, String)>, by: i32) -> Drawn {
+        for (y, number) in marks {
+            area.draw(&PathElement::new([(self.left, y), (self.right, y)], RULE.stroke_width(1)))?;
+            area.draw(&Text::new(number, (self.left - by, y), style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
+        }
+        Ok(())
+    }
+
+    /// Upright rules at these places, their numbers below them.
+    pub(super) fn along(self, area: &Area<'_>, marks: impl Iterator<Item = (i32, String)>) -> Drawn {
+        for (x, number) in marks {
+            area.draw(&PathElement::new([(x, self.top), (x, self.bottom)], RULE.stroke_width(1)))?;
+            area.draw(&Text::new(number, (x, self.bottom + 10), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+        }
+        Ok(())
+    }
+
     /// Level rules at ticks, which come with their decimals, and the numbers before them.
-    pub(super) fn level(self, area: &Area<'_>, ticks: (Vec<f64>, usize), y: impl Fn(f64) -> i32) -> Drawn {
-        level(area, ticks, (self.left, self.right), y)
+    pub(super) fn level(self, area: &Area<'_>, (ticks, decimals): (Vec<f64>, usize), y: impl Fn(f64) -> i32) -> Drawn {
+        self.across(area, ticks.into_iter().map(|tick| (y(tick), scale::label(tick, decimals))), 12)
+    }
+
+    /// Upright rules at ticks, their numbers below them.
+    pub(super) fn upright(
+        self,
+        area: &Area<'_>,
+        (ticks, decimals): (Vec<f64>, usize),
+        x: impl Fn(f64) -> i32,
+    ) -> Drawn {
+        self.along(area, ticks.into_iter().map(|tick| (x(tick), scale::label(tick, decimals))))
     }
 
     /// The axis at the bottom, with a mark and a number at each tick.
@@ -58,34 +86,4 @@ impl Frame {
         area.draw(&Text::new(title.into(), (8, (self.top + self.bottom) / 2), turned))?;
         Ok(())
     }
-}
-
-/// Level rules from `left` to `right`, their numbers before them; `ticks` with their decimals, as `scale::ticks` gives them.
-pub(super) fn level(
-    area: &Area<'_>,
-    (ticks, decimals): (Vec<f64>, usize),
-    (left, right): (i32, i32),
-    y: impl Fn(f64) -> i32,
-) -> Drawn {
-    for tick in ticks {
-        area.draw(&PathElement::new([(left, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
-        let place = (left - 12, y(tick));
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
-    Ok(())
-}
-
-/// Upright rules from the top to `bottom`, their numbers below them.
-pub(super) fn upright(
-    area: &Area<'_>,
-    (ticks, decimals): (Vec<f64>, usize),
-    bottom: i32,
-    x: impl Fn(f64) -> i32,
-) -> Drawn {
-    for tick in ticks {
-        area.draw(&PathElement::new([(x(tick), 0), (x(tick), bottom)], RULE.stroke_width(1)))?;
-        let place = (x(tick), bottom + 10);
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    Ok(())
 }

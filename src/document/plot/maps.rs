@@ -22,58 +22,50 @@ pub(super) fn correlation(names: &[String], matrix: &[Vec<Option<f64>>]) -> Resu
     let cells = number::signed(names.len().max(1));
     let cell = ((width - left - 24) / cells, ((width - left - 24) / cells).min(64).max(if wide { 34 } else { 0 }));
     let height = cell.1 * cells + left + 24;
-    svg(width.unsigned_abs(), height.max(1).unsigned_abs(), |area| draw_correlation(area, names, matrix, left, cell))
-}
-
-fn draw_correlation(
-    area: &Area<'_>,
-    names: &[String],
-    matrix: &[Vec<Option<f64>>],
-    left: i32,
-    cell: (i32, i32),
-) -> Drawn {
     let n = number::signed(names.len());
-    for (i, name) in names.iter().enumerate() {
-        let name = fitted(name, SMALL, left - 16);
-        let i = number::signed(i);
-        let row = (left - 12, cell.1 * i + cell.1 / 2);
-        area.draw(&Text::new(name.clone(), row, style(SMALL, &INK, HPos::Right, VPos::Center)))?;
-        let turned = style(SMALL, &INK, HPos::Right, VPos::Center).transform(FontTransform::Rotate270);
-        area.draw(&Text::new(name, (left + cell.0 * i + cell.0 / 2, cell.1 * n + 12), turned))?;
-    }
-    for (i, row) in matrix.iter().enumerate() {
-        for (j, value) in row.iter().enumerate() {
-            let (x, y) = (left + cell.0 * number::signed(j), cell.1 * number::signed(i));
-            let corners = [(x, y), (x + cell.0, y + cell.1)];
-            let middle = (x + cell.0 / 2, y + cell.1 / 2);
-            match value.filter(|v| v.is_finite()).map(|v| v.clamp(-1.0, 1.0)) {
-                Some(r) => {
-                    let colour = if r < 0.0 { VERMILLION } else { BLUE };
-                    // the diagonal is always one: grey, so that the eye goes elsewhere
-                    let fill = if i == j { RULE.filled() } else { colour.mix(0.9 * r.abs()).filled() };
-                    area.draw(&Rectangle::new(corners, fill))?;
-                    let digits = (100.0 * r).round();
-                    if i != j && cell.0 >= 44 {
-                        let ink = if r.abs() > 0.6 {
-                            WHITE
-                        } else if digits == 0.0 {
-                            SOFT
-                        } else {
-                            INK
-                        };
-                        let text = scale::label(digits, 0);
-                        area.draw(&Text::new(text, middle, style(SMALL - 4, &ink, HPos::Center, VPos::Center)))?;
+    svg(width.unsigned_abs(), height.max(1).unsigned_abs(), |area| {
+        for (i, name) in names.iter().enumerate() {
+            let name = fitted(name, SMALL, left - 16);
+            let i = number::signed(i);
+            let row = (left - 12, cell.1 * i + cell.1 / 2);
+            area.draw(&Text::new(name.clone(), row, style(SMALL, &INK, HPos::Right, VPos::Center)))?;
+            let turned = style(SMALL, &INK, HPos::Right, VPos::Center).transform(FontTransform::Rotate270);
+            area.draw(&Text::new(name, (left + cell.0 * i + cell.0 / 2, cell.1 * n + 12), turned))?;
+        }
+        for (i, row) in matrix.iter().enumerate() {
+            for (j, value) in row.iter().enumerate() {
+                let (x, y) = (left + cell.0 * number::signed(j), cell.1 * number::signed(i));
+                let corners = [(x, y), (x + cell.0, y + cell.1)];
+                let middle = (x + cell.0 / 2, y + cell.1 / 2);
+                match value.filter(|v| v.is_finite()).map(|v| v.clamp(-1.0, 1.0)) {
+                    Some(r) => {
+                        let colour = if r < 0.0 { VERMILLION } else { BLUE };
+                        // the diagonal is always one: grey, so that the eye goes elsewhere
+                        let fill = if i == j { RULE.filled() } else { colour.mix(0.9 * r.abs()).filled() };
+                        area.draw(&Rectangle::new(corners, fill))?;
+                        let digits = (100.0 * r).round();
+                        if i != j && cell.0 >= 44 {
+                            let ink = if r.abs() > 0.6 {
+                                WHITE
+                            } else if digits == 0.0 {
+                                SOFT
+                            } else {
+                                INK
+                            };
+                            let text = scale::label(digits, 0);
+                            area.draw(&Text::new(text, middle, style(SMALL - 4, &ink, HPos::Center, VPos::Center)))?;
+                        }
+                    }
+                    None => {
+                        area.draw(&Rectangle::new(corners, TINT.filled()))?;
+                        area.draw(&Text::new("\u{d7}", middle, style(SMALL, &SOFT, HPos::Center, VPos::Center)))?;
                     }
                 }
-                None => {
-                    area.draw(&Rectangle::new(corners, TINT.filled()))?;
-                    area.draw(&Text::new("\u{d7}", middle, style(SMALL, &SOFT, HPos::Center, VPos::Center)))?;
-                }
+                area.draw(&Rectangle::new(corners, RULE.stroke_width(1)))?;
             }
-            area.draw(&Rectangle::new(corners, RULE.stroke_width(1)))?;
         }
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 /// Candidates as dots, the given schedule as squares, the better one as discs with the number of readings beside them.
@@ -83,24 +75,16 @@ pub(super) fn positions(area: &Area<'_>, spots: &[Vec<Spot>; 3], axes: &[String;
     let (x_low, x_high) = scale::range(all().map(|s| s.x), 0.08);
     let (y_low, y_high) = scale::range(all().map(|s| s.y), 0.08);
     let frame = Frame { left: 110, right: HALF as i32 - 24, top: 10, bottom: 664 };
-    let Frame { left, right, top, bottom } = frame;
     let x = frame.x((x_low, x_high));
     // from the bottom, as halves of a pixel are rounded there
-    let y = |v: f64| bottom - number::whole(((v - y_low) / (y_high - y_low) * f64::from(bottom - top)).round());
+    let (bottom, room) = (frame.bottom, f64::from(frame.bottom - frame.top));
+    let y = |v: f64| bottom - number::whole(((v - y_low) / (y_high - y_low) * room).round());
     let quarters = |low: f64, high: f64| {
         let step = if high - low > 500.0 { 180 } else { 90 };
         (-8..=8).map(move |k| f64::from(k * step)).filter(move |v| (low..=high).contains(v))
     };
-    for tick in quarters(x_low, x_high) {
-        area.draw(&PathElement::new([(x(tick), top), (x(tick), bottom)], RULE.stroke_width(1)))?;
-        let place = (x(tick), bottom + 10);
-        area.draw(&Text::new(format!("{tick:.0}"), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    for tick in quarters(y_low, y_high) {
-        area.draw(&PathElement::new([(left, y(tick)), (right, y(tick))], RULE.stroke_width(1)))?;
-        let place = (left - 12, y(tick));
-        area.draw(&Text::new(format!("{tick:.0}"), place, style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
+    frame.along(area, quarters(x_low, x_high).map(|tick| (x(tick), format!("{tick:.0}"))))?;
+    frame.across(area, quarters(y_low, y_high).map(|tick| (y(tick), format!("{tick:.0}"))), 12)?;
     let title = match axes.each_ref().map(String::as_str) {
         [across, ""] => format!("{across} (deg)"),
         [across, up] => say!(lang, "deg-across-deg-up", across, up),
@@ -136,18 +120,9 @@ pub(super) fn deviations(area: &Area<'_>, points: &[DeviationPoint], title: &str
         let at = (f64::from(high) - v.max(1e-300).log10()) / f64::from(high - low);
         top + number::whole(at.clamp(-0.02, 1.02) * f64::from(bottom - top))
     };
-    let step = number::unsigned((last - first) / 12 + 1);
-    for exponent in (first..=last).step_by(step) {
-        let at = x(10f64.powi(exponent));
-        area.draw(&PathElement::new([(at, top), (at, bottom)], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(power(exponent), (at, bottom + 10), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    let step = number::unsigned((high - low) / 12 + 1);
-    for exponent in (low..=high).step_by(step) {
-        let at = y(10f64.powi(exponent));
-        area.draw(&PathElement::new([(left, at), (right, at)], RULE.stroke_width(1)))?;
-        area.draw(&Text::new(power(exponent), (left - 10, at), style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
-    }
+    let powers = |low: i32, high: i32| (low..=high).step_by(number::unsigned((high - low) / 12 + 1));
+    frame.along(area, powers(first, last).map(|exponent| (x(10f64.powi(exponent)), power(exponent))))?;
+    frame.across(area, powers(low, high).map(|exponent| (y(10f64.powi(exponent)), power(exponent))), 10)?;
     let line: Vec<(i32, i32)> = points.iter().filter_map(|p| Some((x(p.tau), y(p.fitted?)))).collect();
     if line.len() > 1 {
         area.draw(&PathElement::new(line, VERMILLION.stroke_width(3)))?;
@@ -185,41 +160,39 @@ const PANEL: i32 = 190;
 /// All channels of a record against time, segments shaded.
 pub(super) fn record(chart: &RecordChart, lang: Language) -> Result<String> {
     let height = PANEL * number::signed(chart.channels.len().max(1)) + 80;
-    svg(WIDE, height.unsigned_abs(), |area| draw_record(area, chart, lang))
-}
-
-fn draw_record(area: &Area<'_>, chart: &RecordChart, lang: Language) -> Drawn {
-    let (left, right) = (190, WIDE as i32 - 20);
-    let end = chart.end;
-    let x = |t: f64| left + number::whole((t / end * f64::from(right - left)).round());
-    let bottom = PANEL * number::signed(chart.channels.len());
-    for (from, to) in &chart.segments {
-        let (from, to) = (x(*from), x(*to).max(x(*from) + 1));
-        area.draw(&Rectangle::new([(from, 4), (to, bottom - 6)], TINT.filled()))?;
-        area.draw(&PathElement::new([(from, 4), (from, bottom - 6)], RULE.stroke_width(1)))?;
-        area.draw(&PathElement::new([(to, 4), (to, bottom - 6)], RULE.stroke_width(1)))?;
-    }
-    for (k, (title, course)) in chart.channels.iter().enumerate() {
-        let top = PANEL * number::signed(k) + 8;
-        let low_y = top + PANEL - 24;
-        let (low, high) = scale::range(course.iter().map(|(_, v)| *v), 0.05);
-        let y = |v: f64| low_y - number::whole(((v - low) / (high - low) * f64::from(low_y - top)).round());
-        let (ticks, decimals) = scale::ticks(low, high, 3);
-        for tick in ticks {
-            let label = scale::label(tick, decimals);
-            area.draw(&Text::new(label, (left - 10, y(tick)), style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
+    svg(WIDE, height.unsigned_abs(), |area| {
+        let (left, right) = (190, WIDE as i32 - 20);
+        let end = chart.end;
+        let x = |t: f64| left + number::whole((t / end * f64::from(right - left)).round());
+        let bottom = PANEL * number::signed(chart.channels.len());
+        for (from, to) in &chart.segments {
+            let (from, to) = (x(*from), x(*to).max(x(*from) + 1));
+            area.draw(&Rectangle::new([(from, 4), (to, bottom - 6)], TINT.filled()))?;
+            area.draw(&PathElement::new([(from, 4), (from, bottom - 6)], RULE.stroke_width(1)))?;
+            area.draw(&PathElement::new([(to, 4), (to, bottom - 6)], RULE.stroke_width(1)))?;
         }
-        let path: Vec<(i32, i32)> = course.iter().map(|(t, v)| (x(*t), y(*v))).collect();
-        area.draw(&PathElement::new(path, BLUE.stroke_width(2)))?;
-        area.draw(&PathElement::new([(left, low_y + 8), (right, low_y + 8)], RULE.stroke_width(1)))?;
-        let name: String = title.chars().filter(|c| !c.is_control()).collect();
-        area.draw(&Text::new(name, (8, top), style(SMALL, &INK, HPos::Left, VPos::Top)))?;
-    }
-    let (ticks, decimals) = scale::ticks(0.0, end, 8);
-    for tick in ticks {
-        let place = (x(tick), bottom + 4);
-        area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    }
-    let frame = Frame { left, right, top: 0, bottom };
-    frame.below(area, say!(lang, "time-since-the-first-sample-s"), 38, &INK)
+        for (k, (title, course)) in chart.channels.iter().enumerate() {
+            let top = PANEL * number::signed(k) + 8;
+            let low_y = top + PANEL - 24;
+            let (low, high) = scale::range(course.iter().map(|(_, v)| *v), 0.05);
+            let y = |v: f64| low_y - number::whole(((v - low) / (high - low) * f64::from(low_y - top)).round());
+            let (ticks, decimals) = scale::ticks(low, high, 3);
+            for tick in ticks {
+                let label = scale::label(tick, decimals);
+                area.draw(&Text::new(label, (left - 10, y(tick)), style(SMALL, &SOFT, HPos::Right, VPos::Center)))?;
+            }
+            let path: Vec<(i32, i32)> = course.iter().map(|(t, v)| (x(*t), y(*v))).collect();
+            area.draw(&PathElement::new(path, BLUE.stroke_width(2)))?;
+            area.draw(&PathElement::new([(left, low_y + 8), (right, low_y + 8)], RULE.stroke_width(1)))?;
+            let name: String = title.chars().filter(|c| !c.is_control()).collect();
+            area.draw(&Text::new(name, (8, top), style(SMALL, &INK, HPos::Left, VPos::Top)))?;
+        }
+        let (ticks, decimals) = scale::ticks(0.0, end, 8);
+        for tick in ticks {
+            let place = (x(tick), bottom + 4);
+            area.draw(&Text::new(scale::label(tick, decimals), place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
+        }
+        let frame = Frame { left, right, top: 0, bottom };
+        frame.below(area, say!(lang, "time-since-the-first-sample-s"), 38, &INK)
+    })
 }

@@ -88,8 +88,7 @@ fn svg(width: u32, height: u32, draw: impl FnOnce(&Area<'_>) -> Drawn) -> Result
         draw(&area.margin(TOP, 0, 0, 0)).and_then(|()| Ok(area.present()?))
     };
     match drawn {
-        Ok(()) if text.chars().all(xml::is_allowed) => Ok(text),
-        Ok(()) => Ok(text.chars().map(|c| if xml::is_allowed(c) { c } else { '\u{fffd}' }).collect()),
+        Ok(()) => Ok(xml::printable(&text)),
         Err(error) => Err(Malformed::new(Fault::Value, format!("the chart cannot be drawn: {error}"))),
     }
 }

@@ -1,6 +1,6 @@
 //! Residuals: in the order of the readings, each with its own band; before and after a repair, on one axis, before the noise; against normal quantiles.
 
-use super::axes::{self, Frame};
+use super::axes::Frame;
 use super::{
     Area, BLUE, Drawn, HALF, INK, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, WIDE, fitted, scale, style, svg, text_width,
 };
@@ -11,11 +11,12 @@ use crate::language::{Language, say};
 use crate::number;
 use crate::uncertainty::quantiles::normal_quantile;
 use plotters::prelude::*;
-use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, VPos};
 
 /// Left end of the axes: room for the numbers.
 const LEFT: i32 = 150;
+/// Right end of the axes.
+const RIGHT: i32 = WIDE as i32 - 24;
 /// Height of the residuals in their order.
 const PLOT: i32 = 330;
 
@@ -25,18 +26,12 @@ pub(super) fn residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &s
     let at = |v: f64| scale::scaled(v, exponent);
     let reach = rows.iter().flat_map(|r| [at(r.value).abs(), at(r.band.unwrap_or(0.0))]).fold(0.0, f64::max);
     let (low, high) = if reach > 0.0 { (-1.12 * reach, 1.12 * reach) } else { (-1.0, 1.0) };
-    let frame = Frame { left: LEFT, right: WIDE as i32 - 24, top: 0, bottom: PLOT };
-    let right = frame.right;
-    let step = f64::from(right - LEFT) / rows.len().max(1) as f64;
+    let frame = Frame { left: LEFT, right: RIGHT, top: 0, bottom: PLOT };
+    let step = f64::from(RIGHT - LEFT) / rows.len().max(1) as f64;
     let x = |k: f64| LEFT + number::whole((step * k).round());
     let y = frame.y((low, high));
     let groups = runs(rows, |a, b| a.group == b.group);
-    for (k, (first, last)) in groups.iter().enumerate() {
-        if k % 2 == 0 && groups.len() > 1 {
-            let corners = [(x(*first as f64), 0), (x(*last as f64), PLOT)];
-            area.draw(&Rectangle::new(corners, TINT.filled()))?;
-        }
-    }
+    stripes(area, frame, &groups, x)?;
     frame.level(area, scale::ticks(low, high, 5), y)?;
     let width = (step * 0.36).clamp(1.0, 22.0);
     for (k, row) in rows.iter().enumerate() {
@@ -47,7 +42,7 @@ pub(super) fn residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &s
             area.draw(&Rectangle::new(corners, SKY.mix(0.30).filled()))?;
         }
     }
-    area.draw(&PathElement::new([(LEFT, y(0.0)), (right, y(0.0))], SOFT.stroke_width(2)))?;
+    area.draw(&PathElement::new([(LEFT, y(0.0)), (RIGHT, y(0.0))], SOFT.stroke_width(2)))?;
     let size = number::whole((step * 0.22).clamp(3.0, 7.0));
     for (k, row) in rows.iter().enumerate() {
         let point = (x(k as f64 + 0.5), y(at(row.value)));
@@ -65,12 +60,13 @@ pub(super) fn residuals(area: &Area<'_>, rows: &[Residual], what: &str, unit: &s
         }
     }
     frame.at_side(area, scale::title(what, unit, exponent), &SOFT)?;
-    numbers(area, rows, &groups, &x, lang)
+    numbers(area, frame, rows, &groups, &x, lang)
 }
 
 /// Labels of positions where they fit, else numbers of readings.
 fn numbers(
     area: &Area<'_>,
+    frame: Frame,
     rows: &[Residual],
     groups: &[(usize, usize)],
     x: &dyn Fn(f64) -> i32,
@@ -94,9 +90,7 @@ fn numbers(
         }
     }
     let what = if fits { say!(lang, "position") } else { say!(lang, "reading") };
-    let middle = (LEFT + WIDE as i32 - 24) / 2;
-    area.draw(&Text::new(what, (middle, PLOT + 50), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    Ok(())
+    frame.below(area, what, 50, &SOFT)
 }
 
 const LEGEND: i32 = 52;
@@ -118,14 +112,10 @@ pub(super) fn gap(panels: &[GapPanel], factor: &str, lang: Language) -> Result<S
         } else {
             say!(lang, "grouped-by", what = say!(lang, "readings").to_lowercase(), by = lang.name(factor))
         };
-        let place = ((LEFT + right()) / 2, total - 44);
+        let place = ((LEFT + RIGHT) / 2, total - 44);
         area.draw(&Text::new(title, place, style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
         Ok(())
     })
-}
-
-fn right() -> i32 {
-    WIDE as i32 - 24
 }
 
 fn panel_height(panels: usize) -> i32 {
@@ -169,15 +159,13 @@ fn draw_gap(area: &Area<'_>, panel: &GapPanel, top: i32, height: i32) -> Drawn {
     let band = points.iter().filter_map(|p| p.band).map(|b| at(b).abs()).fold(0.0, f64::max);
     let reach = reach.max(band.min(2.0 * reach));
     let (low, high) = if reach > 0.0 { (-1.1 * reach, 1.1 * reach) } else { (-1.0, 1.0) };
-    let step = f64::from(right() - LEFT) / points.len().max(1) as f64;
+    let frame = Frame { left: LEFT, right: RIGHT, top, bottom: top + height };
+    let step = f64::from(RIGHT - LEFT) / points.len().max(1) as f64;
     let x = |k: f64| LEFT + number::whole((step * k).round());
-    let y = |v: f64| top + number::whole(((high - v.clamp(low, high)) / (high - low) * f64::from(height)).round());
+    let level = frame.y((low, high));
+    let y = |v: f64| level(v.clamp(low, high));
     let groups = runs(points, |a, b| a.group == b.group);
-    for (k, (first, end)) in groups.iter().enumerate() {
-        if k % 2 == 0 && groups.len() > 1 {
-            area.draw(&Rectangle::new([(x(*first as f64), top), (x(*end as f64), top + height)], TINT.filled()))?;
-        }
-    }
+    stripes(area, frame, &groups, x)?;
     for (first, end) in runs(points, |a, b| a.band == b.band) {
         if let Some(half) = points.get(first).and_then(|p| p.band).map(at) {
             let corners = [(x(first as f64), y(half)), (x(end as f64), y(-half))];
@@ -185,8 +173,8 @@ fn draw_gap(area: &Area<'_>, panel: &GapPanel, top: i32, height: i32) -> Drawn {
         }
     }
     let ticks = scale::ticks(low, high, if height > 300 { 6 } else { 3 });
-    axes::level(area, ticks, (LEFT, right()), y)?;
-    area.draw(&PathElement::new([(LEFT, y(0.0)), (right(), y(0.0))], SOFT.stroke_width(2)))?;
+    frame.level(area, ticks, y)?;
+    area.draw(&PathElement::new([(LEFT, y(0.0)), (RIGHT, y(0.0))], SOFT.stroke_width(2)))?;
     let size = number::whole((step * 0.3).clamp(2.0, 8.0));
     let place = |k: usize, v: f64| (x(k as f64 + 0.5), y(at(v)));
     if points.len() <= LINKED {
@@ -219,10 +207,18 @@ fn draw_gap(area: &Area<'_>, panel: &GapPanel, top: i32, height: i32) -> Drawn {
             area.draw(&PathElement::new(ends, VERMILLION.stroke_width(4)))?;
         }
     }
-    let title = style(SMALL, &SOFT, HPos::Center, VPos::Top).transform(FontTransform::Rotate270);
-    let text = scale::title(&panel.title, &panel.unit, exponent);
-    area.draw(&Text::new(fitted(&text, SMALL, height + LABELS), (8, top + height / 2), title))?;
+    let title = scale::title(&panel.title, &panel.unit, exponent);
+    frame.at_side(area, fitted(&title, SMALL, height + LABELS), &SOFT)?;
     labels(area, points, &groups, &x, top + height + 10)
+}
+
+/// Every other of several groups on a stripe of its own.
+fn stripes(area: &Area<'_>, frame: Frame, groups: &[(usize, usize)], x: impl Fn(f64) -> i32) -> Drawn {
+    for (first, end) in groups.iter().step_by(2).filter(|_| groups.len() > 1) {
+        let corners = [(x(*first as f64), frame.top), (x(*end as f64), frame.bottom)];
+        area.draw(&Rectangle::new(corners, TINT.filled()))?;
+    }
+    Ok(())
 }
 
 /// Runs of neighbours that are alike: first, one past the last.
@@ -261,7 +257,7 @@ pub(super) fn normal(studentized: &[f64], lang: Language) -> Result<String> {
     sorted.sort_by(f64::total_cmp);
     let n = sorted.len() as f64;
     let every = sorted.len().div_ceil(MOST).max(1);
-    let points: Vec<Point> = sorted
+    let points: Vec<[f64; 3]> = sorted
         .iter()
         .enumerate()
         .filter(|(k, _)| k % every == 0 || k + 1 == sorted.len())
@@ -269,39 +265,30 @@ pub(super) fn normal(studentized: &[f64], lang: Language) -> Result<String> {
             let p = (k as f64 + 0.625) / (n + 0.25);
             let z = normal_quantile(p)?;
             let density = (-0.5 * z * z).exp() / (2.0 * std::f64::consts::PI).sqrt();
-            Some(Point { z, value: value.clamp(-1e6, 1e6), band: 1.96 * (p * (1.0 - p) / n).sqrt() / density })
+            Some([z, value.clamp(-1e6, 1e6), 1.96 * (p * (1.0 - p) / n).sqrt() / density])
         })
         .collect();
-    svg(HALF, 644, |area| draw_normal(area, &points, lang))
-}
-
-struct Point {
-    z: f64,
-    value: f64,
-    band: f64,
-}
-
-fn draw_normal(area: &Area<'_>, points: &[Point], lang: Language) -> Drawn {
     let frame = Frame { left: 120, right: HALF as i32 - 24, top: 0, bottom: 560 };
-    let Frame { left, right, bottom, .. } = frame;
-    let (left_z, right_z) = scale::range(points.iter().map(|p| p.z).chain([-1.0, 1.0]), 0.06);
-    let ends = points.iter().flat_map(|p| [p.value, p.z - p.band, p.z + p.band]);
+    let (left_z, right_z) = scale::range(points.iter().map(|[z, ..]| *z).chain([-1.0, 1.0]), 0.06);
+    let ends = points.iter().flat_map(|[z, value, band]| [*value, z - band, z + band]);
     let (low, high) = scale::range(ends.chain([-1.0, 1.0]), 0.06);
     let (x, y) = (frame.x((left_z, right_z)), frame.y((low, high)));
-    axes::upright(area, scale::ticks(left_z, right_z, 7), bottom, x)?;
-    frame.level(area, scale::ticks(low, high, 7), y)?;
-    let upper = points.iter().map(|p| (x(p.z), y(p.z + p.band)));
-    let lower = points.iter().rev().map(|p| (x(p.z), y(p.z - p.band)));
-    let outline: Vec<(i32, i32)> = upper.chain(lower).collect();
-    if outline.len() > 3 {
-        area.draw(&Polygon::new(outline, SKY.mix(0.22).filled()))?;
-    }
-    let (from, to) = (left_z.max(low), right_z.min(high));
-    area.draw(&PathElement::new([(x(from), y(from)), (x(to), y(to))], SOFT.stroke_width(2)))?;
-    area.draw(&Rectangle::new([(left, 0), (right, bottom)], SOFT.stroke_width(2)))?;
-    for point in points {
-        area.draw(&Circle::new((x(point.z), y(point.value)), 6, BLUE.filled()))?;
-    }
-    frame.below(area, say!(lang, "normal-quantile"), 46, &SOFT)?;
-    frame.at_side(area, say!(lang, "studentized-residual"), &SOFT)
+    svg(HALF, 644, |area| {
+        frame.upright(area, scale::ticks(left_z, right_z, 7), x)?;
+        frame.level(area, scale::ticks(low, high, 7), y)?;
+        let upper = points.iter().map(|[z, _, band]| (x(*z), y(z + band)));
+        let lower = points.iter().rev().map(|[z, _, band]| (x(*z), y(z - band)));
+        let outline: Vec<(i32, i32)> = upper.chain(lower).collect();
+        if outline.len() > 3 {
+            area.draw(&Polygon::new(outline, SKY.mix(0.22).filled()))?;
+        }
+        let (from, to) = (left_z.max(low), right_z.min(high));
+        area.draw(&PathElement::new([(x(from), y(from)), (x(to), y(to))], SOFT.stroke_width(2)))?;
+        area.draw(&Rectangle::new([(frame.left, 0), (frame.right, frame.bottom)], SOFT.stroke_width(2)))?;
+        for [z, value, _] in &points {
+            area.draw(&Circle::new((x(*z), y(*value)), 6, BLUE.filled()))?;
+        }
+        frame.below(area, say!(lang, "normal-quantile"), 46, &SOFT)?;
+        frame.at_side(area, say!(lang, "studentized-residual"), &SOFT)
+    })
 }

@@ -1,8 +1,9 @@
 //! A row for each name: values with error bars, and stacked bars that say where an uncertainty comes from.
 
+use super::axes::Frame;
 use super::{
-    Area, BLUE, Drawn, GREEN, HALF, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, YELLOW, axes,
-    fitted, scale, style, svg, text_width,
+    Area, BLUE, Drawn, GREEN, HALF, INK, ORANGE, PURPLE, SKY, SMALL, SOFT, TEXT, TINT, VERMILLION, YELLOW, fitted,
+    scale, style, svg, text_width,
 };
 use crate::document::chart::{Bar, Interval};
 use crate::error::Result;
@@ -19,45 +20,54 @@ impl Interval {
     }
 }
 
+/// The frame of a picture of so wide and so high rows, beside their names.
+fn beside<'a>(names: impl Iterator<Item = &'a String>, (width, height): (i32, i32)) -> Frame {
+    let left = names.map(|name| text_width(name, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
+    Frame { left, right: width - 24, top: 0, bottom: height - 84 }
+}
+
+/// The name of a row whose middle is at this height.
+fn name(area: &Area<'_>, frame: Frame, label: &str, y: i32) -> Drawn {
+    let label = fitted(label, TEXT, frame.left - 20);
+    Ok(area.draw(&Text::new(label, (frame.left - 16, y), style(TEXT, &INK, HPos::Right, VPos::Center)))?)
+}
+
 /// Values with error bars on a common axis that holds zero.
 pub(super) fn values(rows: &[Interval], unit: &str, lang: Language) -> Result<String> {
     let height = ROW * number::signed(rows.len()) + 96;
-    svg(HALF, height.unsigned_abs(), |area| draw_values(area, rows, unit, height, lang))
-}
-
-fn draw_values(area: &Area<'_>, rows: &[Interval], unit: &str, height: i32, lang: Language) -> Drawn {
     let exponent = scale::readable_exponent(rows.iter().flat_map(|r| [r.value, r.expanded]));
     let at = |v: f64| scale::scaled(v, exponent);
     let ends = rows.iter().flat_map(|r| r.ends().map(at).into_iter().chain([at(r.value)]));
     let (low, high) = scale::range(ends.chain([0.0]), 0.04);
-    let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
-    let (right, bottom) = (HALF as i32 - 24, height - 84);
-    let x = |v: f64| left + number::whole(((v - low) / (high - low) * f64::from(right - left)).round());
-    for (k, _) in rows.iter().enumerate().filter(|(k, _)| k % 2 == 0) {
-        let top = ROW * number::signed(k);
-        area.draw(&Rectangle::new([(left, top), (right, top + ROW)], TINT.filled()))?;
-    }
-    axes::upright(area, scale::ticks(low, high, 5), bottom, x)?;
-    area.draw(&PathElement::new([(x(0.0), 0), (x(0.0), bottom)], SOFT.stroke_width(2)))?;
-    area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
-    let title = scale::title(say!(lang, "estimate-and-expanded-uncertainty"), unit, exponent);
-    area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    for (k, row) in rows.iter().enumerate() {
-        let y = ROW * number::signed(k) + ROW / 2;
-        let label = fitted(&row.label, TEXT, left - 20);
-        area.draw(&Text::new(label, (left - 16, y), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
-        let [from, to] = row.ends().map(|end| x(at(end)));
-        area.draw(&PathElement::new([(from, y), (to, y)], BLUE.stroke_width(4)))?;
-        for end in [from, to] {
-            area.draw(&PathElement::new([(end, y - 14), (end, y + 14)], BLUE.stroke_width(3)))?;
+    let frame = beside(rows.iter().map(|row| &row.label), (HALF as i32, height));
+    let Frame { left, right, bottom, .. } = frame;
+    let x = frame.x((low, high));
+    svg(HALF, height.unsigned_abs(), |area| {
+        for (k, _) in rows.iter().enumerate().filter(|(k, _)| k % 2 == 0) {
+            let top = ROW * number::signed(k);
+            area.draw(&Rectangle::new([(left, top), (right, top + ROW)], TINT.filled()))?;
         }
-        if row.at_bound.is_some() {
-            let bound = x(at(row.value));
-            area.draw(&PathElement::new([(bound, y - 22), (bound, y + 22)], VERMILLION.stroke_width(5)))?;
+        frame.upright(area, scale::ticks(low, high, 5), x)?;
+        area.draw(&PathElement::new([(x(0.0), 0), (x(0.0), bottom)], SOFT.stroke_width(2)))?;
+        area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
+        let title = scale::title(say!(lang, "estimate-and-expanded-uncertainty"), unit, exponent);
+        frame.below(area, title, 46, &SOFT)?;
+        for (k, row) in rows.iter().enumerate() {
+            let y = ROW * number::signed(k) + ROW / 2;
+            name(area, frame, &row.label, y)?;
+            let [from, to] = row.ends().map(|end| x(at(end)));
+            area.draw(&PathElement::new([(from, y), (to, y)], BLUE.stroke_width(4)))?;
+            for end in [from, to] {
+                area.draw(&PathElement::new([(end, y - 14), (end, y + 14)], BLUE.stroke_width(3)))?;
+            }
+            if row.at_bound.is_some() {
+                let bound = x(at(row.value));
+                area.draw(&PathElement::new([(bound, y - 22), (bound, y + 22)], VERMILLION.stroke_width(5)))?;
+            }
+            area.draw(&Circle::new((x(at(row.value)), y), 6, BLUE.filled()))?;
         }
-        area.draw(&Circle::new((x(at(row.value)), y), 6, BLUE.filled()))?;
-    }
-    Ok(())
+        Ok(())
+    })
 }
 
 const TYPE_A: [RGBColor; 3] = [BLUE, SKY, GREEN];
@@ -69,10 +79,42 @@ type Source<'a> = (&'a str, bool, RGBColor);
 /// Stacked bars on a common axis from zero, with a legend of sources; `what` and `unit` title the axis.
 pub(super) fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32, lang: Language) -> Result<String> {
     let sources = sources(rows);
-    let legend = legend_rows(&sources, width as i32, lang);
-    let height = ROW * number::signed(rows.len()) + 96 + 36 * legend;
-    svg(width, height.unsigned_abs(), |area| {
-        draw_bars(area, rows, (what, unit), &sources, (width as i32, height - 36 * legend), lang)
+    let places = legend_places(&sources, width as i32, lang);
+    let (height, legend) = (ROW * number::signed(rows.len()) + 96, places.last().map_or(0, |(_, row)| row + 1));
+    let total = |row: &Bar| row.parts.iter().map(|p| p.size.max(0.0)).filter(|s| s.is_finite()).sum::<f64>();
+    let exponent = scale::readable_exponent(rows.iter().map(total));
+    let at = |v: f64| scale::scaled(v.max(0.0), exponent);
+    let high = rows.iter().map(|r| at(total(r))).fold(0.0, f64::max);
+    let high = if high > 0.0 { 1.03 * high } else { 1.0 };
+    let frame = beside(rows.iter().map(|row| &row.label), (width as i32, height));
+    let Frame { left, right, bottom, .. } = frame;
+    let x = frame.x((0.0, high));
+    svg(width, (height + 36 * legend).unsigned_abs(), |area| {
+        frame.upright(area, scale::ticks(0.0, high, if width > 1000 { 10 } else { 5 }), x)?;
+        area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
+        frame.below(area, scale::title(what, unit, exponent), 46, &SOFT)?;
+        for (k, row) in rows.iter().enumerate() {
+            let y = ROW * number::signed(k);
+            name(area, frame, &row.label, y + ROW / 2)?;
+            let mut from = 0.0;
+            for part in &row.parts {
+                let to = from + at(part.size);
+                let source = sources.iter().find(|(name, ..)| *name == part.source);
+                let colour = source.map_or(SOFT, |(.., colour)| *colour);
+                if x(to) > x(from) {
+                    area.draw(&Rectangle::new([(x(from), y + 9), (x(to), y + ROW - 9)], colour.filled()))?;
+                    area.draw(&PathElement::new([(x(to), y + 9), (x(to), y + ROW - 9)], WHITE.stroke_width(2)))?;
+                }
+                from = to;
+            }
+        }
+        area.draw(&PathElement::new([(left, 0), (left, bottom)], SOFT.stroke_width(2)))?;
+        for (source, (column, row)) in sources.iter().zip(places) {
+            let y = height + 36 * row + 14;
+            area.draw(&Rectangle::new([(column + 12, y - 10), (column + 34, y + 10)], source.2.filled()))?;
+            area.draw(&Text::new(entry(source, lang), (column + 44, y), style(SMALL, &INK, HPos::Left, VPos::Center)))?;
+        }
+        Ok(())
     })
 }
 
@@ -107,53 +149,4 @@ fn legend_places(sources: &[Source<'_>], width: i32, lang: Language) -> Vec<(i32
         x += room;
     }
     places
-}
-
-fn legend_rows(sources: &[Source<'_>], width: i32, lang: Language) -> i32 {
-    legend_places(sources, width, lang).last().map_or(0, |(_, row)| row + 1)
-}
-
-fn draw_bars(
-    area: &Area<'_>,
-    rows: &[Bar],
-    (what, unit): (&str, &str),
-    sources: &[Source<'_>],
-    (width, height): (i32, i32),
-    lang: Language,
-) -> Drawn {
-    let total = |row: &Bar| row.parts.iter().map(|p| p.size.max(0.0)).filter(|s| s.is_finite()).sum::<f64>();
-    let exponent = scale::readable_exponent(rows.iter().map(total));
-    let at = |v: f64| scale::scaled(v.max(0.0), exponent);
-    let high = rows.iter().map(|r| at(total(r))).fold(0.0, f64::max);
-    let high = if high > 0.0 { 1.03 * high } else { 1.0 };
-    let left = rows.iter().map(|r| text_width(&r.label, TEXT)).max().unwrap_or(0).clamp(80, 300) + 24;
-    let (right, bottom) = (width - 24, height - 84);
-    let x = |v: f64| left + number::whole((v / high * f64::from(right - left)).round());
-    let ticks = scale::ticks(0.0, high, if width > 1000 { 10 } else { 5 });
-    axes::upright(area, ticks, bottom, x)?;
-    area.draw(&PathElement::new([(left, bottom), (right, bottom)], SOFT.stroke_width(2)))?;
-    let title = scale::title(what, unit, exponent);
-    area.draw(&Text::new(title, ((left + right) / 2, bottom + 46), style(SMALL, &SOFT, HPos::Center, VPos::Top)))?;
-    for (k, row) in rows.iter().enumerate() {
-        let y = ROW * number::signed(k);
-        let label = fitted(&row.label, TEXT, left - 20);
-        area.draw(&Text::new(label, (left - 16, y + ROW / 2), style(TEXT, &INK, HPos::Right, VPos::Center)))?;
-        let mut from = 0.0;
-        for part in &row.parts {
-            let to = from + at(part.size);
-            let colour = sources.iter().find(|(name, ..)| *name == part.source).map_or(SOFT, |(.., colour)| *colour);
-            if x(to) > x(from) {
-                area.draw(&Rectangle::new([(x(from), y + 9), (x(to), y + ROW - 9)], colour.filled()))?;
-                area.draw(&PathElement::new([(x(to), y + 9), (x(to), y + ROW - 9)], WHITE.stroke_width(2)))?;
-            }
-            from = to;
-        }
-    }
-    area.draw(&PathElement::new([(left, 0), (left, bottom)], SOFT.stroke_width(2)))?;
-    for (source, (column, row)) in sources.iter().zip(legend_places(sources, width, lang)) {
-        let y = height + 36 * row + 14;
-        area.draw(&Rectangle::new([(column + 12, y - 10), (column + 34, y + 10)], source.2.filled()))?;
-        area.draw(&Text::new(entry(source, lang), (column + 44, y), style(SMALL, &INK, HPos::Left, VPos::Center)))?;
-    }
-    Ok(())
 }

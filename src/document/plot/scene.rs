@@ -62,8 +62,7 @@ pub(super) fn scene(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
     unit(area, &eye, &scene.unit)?;
     let middle = Vector3::zeros();
     for (name, direction) in &scene.inputs {
-        arrow(area, &eye, &middle, &(scene.unit * direction * 0.62), &VERMILLION, 5)?;
-        label(area, &eye, [&middle, &(scene.unit * direction * 0.62)], name, &VERMILLION)?;
+        named_arrow(area, &eye, [middle, scene.unit * direction * 0.62], name, &VERMILLION, 5)?;
     }
     for (name, k) in [("x", 0), ("y", 1), ("z", 2)] {
         let axis: Vector3<f64> = scene.unit.column(k).into();
@@ -80,15 +79,12 @@ pub(super) fn scene(area: &Area<'_>, scene: &Scene, lang: Language) -> Drawn {
         (say!(lang, "north-axis"), Vector3::y()),
         (say!(lang, "up-axis"), Vector3::z()),
     ] {
-        arrow(area, &eye, &corner, &(corner + direction * 0.3), &SOFT, 3)?;
-        label(area, &eye, [&corner, &(corner + direction * 0.3)], name, &SOFT)?;
+        named_arrow(area, &eye, [corner, corner + direction * 0.3], name, &SOFT, 3)?;
     }
     let side = eye.0.transpose() * Vector3::new(-1.2, 0.7, 0.0);
-    arrow(area, &eye, &side, &(side - Vector3::z() * 0.42), &GREEN, 5)?;
-    label(area, &eye, [&side, &(side - Vector3::z() * 0.42)], say!(lang, "gravity-arrow"), &GREEN)?;
+    named_arrow(area, &eye, [side, side - Vector3::z() * 0.42], say!(lang, "gravity-arrow"), &GREEN, 5)?;
     if let Some(direction) = scene.earth_rate {
-        arrow(area, &eye, &side, &(side + direction * 0.42), &BLUE, 5)?;
-        label(area, &eye, [&side, &(side + direction * 0.42)], say!(lang, "earth-rate-arrow"), &BLUE)?;
+        named_arrow(area, &eye, [side, side + direction * 0.42], say!(lang, "earth-rate-arrow"), &BLUE, 5)?;
     }
     Ok(())
 }
@@ -153,6 +149,18 @@ fn unit(area: &Area<'_>, eye: &Eye, turned: &Matrix3<f64>) -> Drawn {
         }
     }
     Ok(())
+}
+
+fn named_arrow(
+    area: &Area<'_>,
+    eye: &Eye,
+    [from, to]: [Vector3<f64>; 2],
+    name: &str,
+    colour: &RGBColor,
+    width: u32,
+) -> Drawn {
+    arrow(area, eye, &from, &to, colour, width)?;
+    label(area, eye, [&from, &to], name, colour)
 }
 
 fn arrow(area: &Area<'_>, eye: &Eye, from: &Vector3<f64>, to: &Vector3<f64>, colour: &RGBColor, width: u32) -> Drawn {

@@ -18,7 +18,6 @@ use rust_xlsxwriter::{
     Format, FormatAlign, FormatBorder, Workbook, Worksheet, XlsxError,
 };
 use sha2::{Digest, Sha256};
-use std::fmt::Write as _;
 use std::path::Path;
 
 /// Columns over which a sentence runs.
@@ -128,10 +127,7 @@ fn digest(mut cells: Vec<String>) -> String {
         sum.update(cell.as_bytes());
         sum.update([0x1e]);
     }
-    sum.finalize().iter().fold(String::new(), |mut text, byte| {
-        let _ = write!(text, "{byte:02x}");
-        text
-    })
+    sum.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A heading as the name of a sheet: what the format allows, and no name twice.
@@ -383,7 +379,7 @@ fn value(cell: &Cell, align: Align) -> Option<(f64, String)> {
         Cell::Value(value, _) | Cell::Digits(value, _) | Cell::Decimals(value, _) | Cell::Probability(value) => *value,
         Cell::Dof(value) | Cell::Share(value) => *value,
         Cell::Text(text) if align != Align::Left => text.trim().parse().ok()?,
-        Cell::Text(_) | Cell::Absent(_) => return None,
+        Cell::Text(_) | Cell::Absent => return None,
     };
     let text = cell.text();
     if !value.is_finite() || !text.contains(|c: char| c.is_ascii_digit()) || text.contains("inf") {

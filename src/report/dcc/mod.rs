@@ -51,19 +51,16 @@ pub fn certificate(
         "" => report.bench.as_str(),
         title => title,
     };
-    let adjusted = as_found.map(|_| Adjusted::After);
-    let calibration = Measured { report, adjusted, prefix: "", quantities: quantities(&meaning, report)? };
-    let found = match as_found {
-        Some(found) => Some(Measured {
-            report: found,
-            adjusted: Some(Adjusted::Before),
-            prefix: "found_",
-            quantities: quantities(&meaning, found)?,
-        }),
-        None => None,
-    };
-    let results: Vec<Measured<'_>> = found.into_iter().chain([calibration]).collect();
-    let lab = &lab.clone().with(&identities(&results))?;
+    let after = as_found.map(|_| Adjusted::After);
+    // what is wrong with the calibration is said before what is wrong with the one as found
+    let calibration = Measured { report, adjusted: after, prefix: "", quantities: quantities(&meaning, report)? };
+    let mut results = vec![calibration];
+    if let Some(report) = as_found {
+        let (adjusted, quantities) = (Some(Adjusted::Before), quantities(&meaning, report)?);
+        results.insert(0, Measured { report, adjusted, prefix: "found_", quantities });
+    }
+    let identities: Vec<&Identity> = results.iter().map(|result| &result.report.identity).collect();
+    let lab = &lab.clone().with(&identities)?;
     let texts = Texts { lang, lab: &lab.certificate.language };
     let measured = results.iter().map(|result| results::measured(title, result, lab, texts));
     let whole = element("dcc:digitalCalibrationCertificate")
@@ -72,7 +69,7 @@ pub fn certificate(
         .with("xmlns:xsi", "http://www.w3.org/2001/XMLSchema-instance")
         .with("xsi:schemaLocation", "https://ptb.de/dcc https://ptb.de/dcc/v3.3.0/dcc.xsd")
         .with("schemaVersion", SCHEMA_VERSION)
-        .add(administrative::data(lab, &identities(&results), texts))
+        .add(administrative::data(lab, &identities, texts))
         .add(element("dcc:measurementResults").add(measured));
     let text = written(&whole).ok().and_then(|xml| String::from_utf8(xml).ok());
     text.map(|text| text + "\n").ok_or_else(|| Malformed::new(Fault::Value, "the certificate cannot be written as XML"))
@@ -160,8 +157,4 @@ fn uncertainty(id: &str, expanded: Option<f64>, k: Option<f64>) -> Result<(f64, 
             .found(format!("k = {k:.3}")));
     }
     Ok((expanded, k))
-}
-
-fn identities<'a>(results: &'a [Measured<'a>]) -> Vec<&'a Identity> {
-    results.iter().map(|result| &result.report.identity).collect()
 }

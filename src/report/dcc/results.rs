@@ -66,20 +66,17 @@ impl Adjusted {
 
 /// The conditions; names of the environment are the laboratory's own. Without any, that none are stated.
 fn conditions(identity: &Identity, adjusted: Option<Adjusted>, texts: Texts<'_>) -> Element {
-    let first = match adjusted {
-        Some(adjusted) => Some(
-            element("dcc:influenceCondition")
-                .add(texts.said("dcc:name", |lang| lang.title(say!(lang, "state"))))
-                .add(text("dcc:status", adjusted.status()))
-                .add(element("dcc:data").add(texts.said("dcc:text", |lang| adjusted.said(lang).into()))),
-        ),
-        None if identity.environment.is_empty() => Some(
-            element("dcc:influenceCondition")
-                .add(texts.said("dcc:name", |lang| say!(lang, "identity-environment").into()))
-                .add(element("dcc:data").add(texts.said("dcc:text", |lang| say!(lang, "dcc-not-stated").into()))),
-        ),
-        None => None,
-    };
+    let first = (adjusted.is_some() || identity.environment.is_empty()).then(|| {
+        let name = texts.said("dcc:name", |lang| match adjusted {
+            Some(_) => lang.title(say!(lang, "state")),
+            None => say!(lang, "identity-environment").into(),
+        });
+        let said = |lang: Language| adjusted.map_or(say!(lang, "dcc-not-stated"), |adjusted| adjusted.said(lang));
+        element("dcc:influenceCondition")
+            .add(name)
+            .add(adjusted.map(|adjusted| text("dcc:status", adjusted.status())))
+            .add(element("dcc:data").add(texts.said("dcc:text", |lang| said(lang).into())))
+    });
     let stated = identity.environment.iter().map(|(name, condition)| {
         let ref_type = ref_type(name);
         // a number without a unit of D-SI is a text

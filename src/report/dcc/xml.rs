@@ -1,5 +1,6 @@
 //! The certificate as a tree of elements, and the languages of its texts.
 
+use crate::document::xml::printable;
 use crate::language::Language;
 use quick_xml::Writer;
 use quick_xml::events::BytesText;
@@ -101,10 +102,4 @@ impl<'a> Texts<'a> {
 /// A `dcc:content`, in a language where that is said.
 fn content(value: &str, language: Option<&str>) -> Element {
     language.into_iter().fold(text("dcc:content", value), |element, code| element.with("lang", code))
-}
-
-/// Characters that XML 1.0 cannot hold become replacement characters.
-fn printable(value: &str) -> String {
-    let bad = |c: char| (c.is_control() && !matches!(c, '\t' | '\n' | '\r')) || matches!(c, '\u{fffe}' | '\u{ffff}');
-    value.chars().map(|c| if bad(c) { '\u{fffd}' } else { c }).collect()
 }
