@@ -7,8 +7,7 @@
     reason = "columns are numbers below `scaled.ncols()` that the factorisation has ordered; every vector of the null space has as many entries"
 )]
 
-use super::factor::substitute;
-use super::pivoted::{Pivoted, pivoted_qr};
+use super::pivoted::{Pivoted, pivoted_qr, substitute};
 use crate::elements::Elements;
 use faer::Mat;
 

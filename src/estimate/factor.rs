@@ -9,6 +9,7 @@
 
 use super::basis::{self, Combination, Coupling, Dependence};
 use super::compensated::{accumulate, compensated_dot};
+use super::pivoted::substitute;
 use crate::error::{Fault, Malformed, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -275,16 +276,6 @@ impl Embedding {
             }
         }
         all
-    }
-}
-
-/// `R^-1 c` in place, by the leading part of an upper triangle that `c` is as long as.
-pub(super) fn substitute(r: &Mat<f64>, c: &mut [f64]) {
-    for k in (0..c.len()).rev() {
-        let column = r.col_as_slice(k);
-        let x = c[k] / column[k];
-        c[k] = x;
-        c[..k].iter_mut().zip(column).for_each(|(c, r)| *c -= x * r);
     }
 }
 

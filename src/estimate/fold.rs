@@ -5,7 +5,8 @@
 )]
 
 use super::compensated::accumulate;
-use super::factor::{Factor, Unknowns, substitute};
+use super::factor::{Factor, Unknowns};
+use super::pivoted::substitute;
 use super::{Group, Settings, System, panel};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::short_dot;

@@ -161,3 +161,13 @@ fn reflect((first, own, scale): (f64, &[f64], f64), head: &mut f64, rest: &mut [
     *head -= along * first;
     rest.iter_mut().zip(own).for_each(|(x, v)| *x -= along * v);
 }
+
+/// `R^-1 c` in place, by the leading part of an upper triangle that `c` is as long as.
+pub(super) fn substitute(r: &Mat<f64>, c: &mut [f64]) {
+    for k in (0..c.len()).rev() {
+        let column = r.col_as_slice(k);
+        let x = c[k] / column[k];
+        c[k] = x;
+        c[..k].iter_mut().zip(column).for_each(|(c, r)| *c -= x * r);
+    }
+}
