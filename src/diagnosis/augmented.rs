@@ -110,15 +110,8 @@ struct View {
 }
 
 impl View {
-    fn index(&self, (regressor, sensor): &(String, Option<usize>)) -> Option<usize> {
-        self.candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)
-    }
-
     fn names(&self, set: &[u16]) -> Names {
-        let name = |j: &u16| self.candidates.get(usize::from(*j)).map(|c| (c.regressor.clone(), c.sensor));
-        let mut names: Names = set.iter().filter_map(name).collect();
-        names.sort();
-        names
+        names_of(set.iter().filter_map(|j| self.candidates.get(usize::from(*j))))
     }
 
     /// The candidate that stands for a class.
@@ -186,7 +179,7 @@ impl View {
     }
 
     fn members(&self, names: &Names) -> Option<Vec<&Candidate>> {
-        names.iter().map(|name| self.index(name).and_then(|j| self.candidates.get(j))).collect()
+        names.iter().map(|name| self.candidates.get(index(&self.candidates, name)?)).collect()
     }
 
     /// ln odds of all that have the column of a candidate.
@@ -209,11 +202,20 @@ impl View {
     }
 }
 
+fn index(candidates: &[Candidate], (regressor, sensor): &(String, Option<usize>)) -> Option<usize> {
+    candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)
+}
+
+fn names_of<'a>(effects: impl Iterator<Item = &'a Candidate>) -> Names {
+    let mut names: Names = effects.map(|c| (c.regressor.clone(), c.sensor)).collect();
+    names.sort();
+    names
+}
+
 fn columns_of(candidates: &[Candidate], score: &Score, names: &Names) -> Option<Vec<u16>> {
-    let place = |(regressor, sensor): &(String, Option<usize>)| {
-        let j = candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)?;
-        let j = u16::try_from(j).ok()?;
-        Some(usize::from(j)).and_then(|k| score.standing(k)).or(Some(j))
+    let place = |name| {
+        let j = index(candidates, name)?;
+        score.standing(j).or(u16::try_from(j).ok())
     };
     let mut set: Vec<u16> = names.iter().map(place).collect::<Option<_>>()?;
     set.sort_unstable();
@@ -480,8 +482,7 @@ impl<'a> Search<'a> {
             sharing: Some(remainder.1),
         };
         let mut score = Score::new(&problem, self.priors);
-        let names: Names = members.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
-        let set = columns_of(&members, &score, &names).filter(|set| set.len() == effects.len());
+        let set = columns_of(&members, &score, &names_of(members.iter())).filter(|set| set.len() == effects.len());
         let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + self.unit(&weighted);
         Ok((if value.is_nan() { f64::NEG_INFINITY } else { value }, weighted))
     }
@@ -543,8 +544,7 @@ impl Search<'_> {
         let sharing = at.score.sharing;
         let at = &*at;
         let Some(effects) = at.members(names) else { return Ok(None) };
-        let indices = names.iter().filter_map(|name| at.index(name));
-        let odds: Vec<f64> = indices.map(|j| at.odds(j)).collect();
+        let odds: Vec<f64> = names.iter().filter_map(|name| Some(at.odds(index(&at.candidates, name)?))).collect();
         let Ok(Some((_, fit, point))) = self.exact(at, &effects, from) else { return Ok(None) };
         if is_trivial(&home.design, &fit, self.question.campaign) {
             return Ok(None);
@@ -617,8 +617,7 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
         // a large tilt changes the columns of the other effects: they are evaluated at the solution with the tilt alone
         for names in movers(&first) {
             let Some(set_fit) = search.fit_set(base, &mut first, &names, home)? else { continue };
-            let effects: Vec<Candidate> = first.members(&names).unwrap_or_default().into_iter().cloned().collect();
-            let fitted: Vec<&Candidate> = effects.iter().collect();
+            let fitted = first.members(&names).unwrap_or_default();
             let mut view = search.view(&set_fit.point, Some((&set_fit.fit, &fitted)), &judged.values)?;
             let wanted = judged.open(&view, alias);
             judged.judge(&mut search, base, (&mut view, &set_fit.point), wanted)?;
@@ -630,9 +629,7 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
             (Some(best), Some((names, view))) if *names == best.names => view.settle(&judged.values),
             (Some(best), _) => {
                 let at = there.as_ref().map_or(&first, |(_, view)| view);
-                let effects: Vec<Candidate> =
-                    at.members(&best.names).unwrap_or_default().into_iter().cloned().collect();
-                let fitted: Vec<&Candidate> = effects.iter().collect();
+                let fitted = at.members(&best.names).unwrap_or_default();
                 let view = search.view(&best.point, Some((&best.fit, &fitted)), &judged.values)?;
                 there = Some((best.names.clone(), view));
             }
@@ -770,8 +767,7 @@ fn outcome(
         Some((_, fit)) if is_trivial(&view.design, &fit, search.question.campaign) => None,
         other => other,
     };
-    let mut names: Names = effects.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
-    names.sort();
+    let names = names_of(effects.iter().copied());
     let set = columns_of(&view.candidates, &view.score, &names).unwrap_or_default();
     let each = view.score.deviations(&set);
     let deviations = Deviations { each, kernels: std::mem::take(&mut view.kernels) };
@@ -810,11 +806,9 @@ fn outcome(
     let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));
     let each = view.score.given_best_remainder(&set).map_or_else(Vec::new, |solved| solved.t);
     let t_of = |(j, _): &(usize, f64)| {
-        let represents = |first: &u16| {
-            view.score.alike.get(usize::from(*first)).is_some_and(|same| same.iter().any(|i| usize::from(*i) == *j))
-        };
+        let standing = view.score.standing(*j);
         // what is not in the set has no evidence given a remainder
-        set.iter().position(represents).and_then(|place| each.get(place)).map_or(0.0, |t| t.abs())
+        set.iter().zip(&each).find(|(first, _)| Some(**first) == standing).map_or(0.0, |(_, t)| t.abs())
     };
     let t = named.iter().map(t_of).collect();
     let View { candidates, mut weighted, design, without_column, .. } = view;

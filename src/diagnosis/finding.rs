@@ -154,9 +154,9 @@ pub(super) fn conclude(
         State::Suspected | State::Outside => Verdict::Unexplained,
     };
     let is_left = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
-    let left = evidence.directions(set).filter(|_| is_left);
+    let left = evidence.residual_outside(set).filter(|_| is_left);
     let sd = noise_sd(weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
-    let unexplained = left.map(|(_, residual)| {
+    let unexplained = left.map(|residual| {
         let nearest = || suspected.iter().map(|(j, _)| *j);
         let with: Vec<usize> = set.iter().copied().chain(nearest()).collect();
         let rss = evidence.rss_of(set);
@@ -370,7 +370,7 @@ pub(super) fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Ch
 /// By how much a prior or an equation misses, with its standard uncertainty: in the parameter's unit (radians for tilts).
 pub(super) fn missed(campaign: &Campaign, after: &Fit, finding: &mut Finding) {
     let at = |j: usize| after.point.at(j);
-    let unit = |j: usize| campaign.parameters.get(j).map_or(String::new(), |p| p.unit.clone());
+    let unit = |j: usize| campaign.parameter_unit(j).to_string();
     let n = after.covariance.nrows();
     let along = |terms: &[(usize, f64)]| {
         let inside = || terms.iter().filter(|(j, _)| *j < n);

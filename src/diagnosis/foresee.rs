@@ -19,8 +19,7 @@ use super::pool::Pool;
 use super::prospective::effects;
 use super::score::{Priors, Problem, Score};
 use super::{Candidate, Settings, augmented, averaged};
-use crate::bench::Sensor;
-use crate::campaign::{Campaign, Kind, coefficient_unit};
+use crate::campaign::{Campaign, Kind};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::Result;
@@ -357,25 +356,10 @@ fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
     (groups, cosines)
 }
 
-/// Unit of an effect's coefficient, from the model line with its term.
+/// Unit of an effect's coefficient, from the model line with its term; empty for one of all sensors, and where the line leaves it open.
 fn unit(campaign: &Campaign, effect: &Candidate) -> String {
-    let unit_of = |k: &usize| campaign.parameter_unit(*k).to_string();
-    let sensor = effect.sensor.and_then(|k| campaign.bench.sensors.get(k));
-    match (&effect.kind, &effect.existing) {
-        (Regressor::Tilt(k) | Regressor::Known(k), _) => unit_of(k),
-        (_, Some(k)) => unit_of(k),
-        (Regressor::Term(line), None) => {
-            let mut bench = campaign.bench.clone();
-            let coefficient = crate::algebra::Expression::parse(&effect.coefficient);
-            if let (Ok(coefficient), Some(sensor)) = (coefficient, sensor) {
-                bench.sensors = vec![Sensor { model: coefficient.times(line), ..sensor.clone() }];
-            }
-            // a line that leaves the unit open
-            coefficient_unit(&bench, &campaign.readings.columns, &effect.coefficient).unwrap_or_default()
-        }
-        // of all sensors: no single unit
-        _ => sensor.map(|s| s.unit.clone()).unwrap_or_default(),
-    }
+    let own = effect.existing.map(|k| campaign.parameter_unit(k).to_string());
+    own.or_else(|| effect.kind.unit(campaign, effect.sensor, &effect.coefficient)).unwrap_or_default()
 }
 
 fn has_kinks(effect: &Candidate) -> bool {

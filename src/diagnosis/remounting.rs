@@ -7,6 +7,7 @@
 //! given the effects named. Where settings were not mounted more than once, a scatter of positions and an unknown pattern of the settings are one, and neither is named.
 
 use super::augmented::{Seen, State};
+use super::evidence::of_all;
 use super::score::{Deviation, Kernel, Priors, Problem, Score};
 use super::{Candidate, Diagnosis, Effect, Finding, NoiseFrom, Separation, Settings, Verdict, finding};
 use crate::bench::Link;
@@ -209,7 +210,7 @@ pub(super) fn diagnose(
 fn p(gain: f64, tried: usize) -> f64 {
     // a gain that is not finite is none
     let alone = 0.5 * chi_square_survival(gain.max(0.0), 1.0).unwrap_or(1.0);
-    -f64::exp_m1(tried.max(1) as f64 * f64::ln_1p(-alone))
+    of_all(alone, tried.max(1) as f64)
 }
 
 fn held(joints: &[JointState]) -> Vec<u64> {
@@ -244,10 +245,9 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     let arcsec = 648_000.0 / std::f64::consts::PI;
     let read = |s: &usize| campaign.readings.rows.iter().any(|r| r.observations.iter().any(|o| o.sensor == *s));
     let sensors: Vec<usize> = (0..campaign.bench.sensors.len()).filter(read).collect();
-    let unit = |s: usize| campaign.bench.sensors.get(s).map_or("", |sensor| sensor.unit.as_str());
-    let offsets: Vec<Scatter> = sensors.iter().map(|s| line(Deviating::Sensor(*s), 1.0, unit(*s))).collect();
-    let id = |s: &usize| campaign.bench.sensors.get(*s).map_or(String::new(), |sensor| sensor.id.clone());
-    let name = sensors.iter().map(id).collect::<Vec<_>>().join(", ");
+    let offset = |s: &usize| line(Deviating::Sensor(*s), 1.0, campaign.sensor_unit(*s));
+    let offsets: Vec<Scatter> = sensors.iter().map(offset).collect();
+    let name = sensors.iter().map(|s| campaign.sensor_id(*s)).collect::<Vec<_>>().join(", ");
     let mut sources = vec![Source { name, lines: offsets }];
     for (k, joint) in campaign.bench.joints().enumerate() {
         let is_held = |r: &crate::campaign::Reading| matches!(r.joints.get(k), Some(JointState::Held { .. }));
@@ -261,7 +261,7 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     for face in campaign.bench.chain.chunk_by(|a, b| is_tilt(&a) == is_tilt(&b)) {
         let tilts = || face.iter().filter(is_tilt).filter_map(|link| campaign.parameter_index(link.name()));
         let line = |k: usize| line(Deviating::Parameter(k), arcsec, "arcsec");
-        let name = |k: usize| campaign.parameters.get(k).map_or(String::new(), |parameter| parameter.id.clone());
+        let name = |k: usize| campaign.parameter_id(k).to_string();
         sources.extend(tilts().map(|k| Source { name: name(k), lines: vec![line(k)] }));
         if tilts().count() > 1 {
             let names: Vec<String> = tilts().map(name).collect();

@@ -357,7 +357,7 @@ impl Score {
                 let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
                 s.iter().filter(|l| **l > 0.05 * top).count() >= settings.least_rank
             };
-            let (prepared, does) = match &kernel.factor {
+            let (lambda, along_z, along_c, along_q, does) = match &kernel.factor {
                 Factor::Dense(factor) => {
                     let mut f = factor.clone();
                     project(p.basis, &mut f);
@@ -372,14 +372,10 @@ impl Score {
                         Some(_) => &f * Mat::from_fn(s.len(), keep.len(), turned),
                         None => Mat::from_fn(n, keep.len(), |i, j| f[(i, keep[j])] / s[keep[j]].sqrt()),
                     };
-                    let along_z = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
+                    let along_z: Vec<f64> = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
                     let along_c = Rc::new(u.transpose() * &*c);
                     let lambda = keep.iter().map(|i| s[*i]).collect();
-                    let does = &f * (f.transpose() * &trial);
-                    (
-                        Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q: None },
-                        does,
-                    )
+                    (lambda, along_z, along_c, None, &f * (f.transpose() * &trial))
                 }
                 Factor::Apart(columns) => {
                     let apart = Apart::new(columns, n);
@@ -392,7 +388,7 @@ impl Score {
                     let along_q = Some(apart.along(p.basis));
                     let mut does = apart.twice(trial.as_ref());
                     project(p.basis, &mut does);
-                    (Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q }, does)
+                    (lambda, along_z, along_c, along_q, does)
                 }
             };
             let size = does.norm_l2();
@@ -405,7 +401,7 @@ impl Score {
                 continue;
             }
             factors.push(does);
-            kernels.push(prepared);
+            kernels.push(Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
@@ -573,11 +569,6 @@ impl Score {
         self.beliefs[j].iter().map(|belief| belief.density(size, variance, range)).sum()
     }
 
-    /// ln of it.
-    fn believed(&self, j: usize, size: f64, variance: f64) -> f64 {
-        self.likely(j, size, variance).ln()
-    }
-
     /// What a set gains (ln) for a further member of a kind that it has in other sensors, over one of another kind. What is in one of `s` sensors is in it
     /// alone with the probability one half, else in two of them, in three, in all (a drift of the room) with equal ones: of a set of `m`, `1 / (2 (s-1) C(s, m))`.
     fn joins(&self, set: &[u16], j: u16) -> f64 {
@@ -650,7 +641,7 @@ impl Score {
         let s2 = self.sigma2(state.q, set.len());
         let k = set.len();
         let variance = |i: usize| s2 * state.inverse[i * k + i];
-        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, state.beta[i], variance(i))).sum();
+        let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, state.beta[i], variance(i)).ln()).sum();
         let believed = believed + self.of_one_kind(set);
         state.value = self.evidence(k, state.q, remainder.logdet, state.logdet, believed);
         Some(state)
@@ -821,7 +812,7 @@ impl Score {
         q -= beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
         let s2 = self.sigma2(q, k);
         let variances: Vec<f64> = (0..k).map(|i| (s2 * inverse[i * k + i]).max(f64::MIN_POSITIVE)).collect();
-        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, beta[i], variances[i])).sum();
+        let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, beta[i], variances[i]).ln()).sum();
         let believed = believed + self.of_one_kind(set);
         let t = beta.iter().zip(&variances).map(|(size, variance)| size / variance.sqrt()).collect();
         Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
@@ -1104,8 +1095,7 @@ impl Score {
         noise: std::ops::Range<usize>,
         probability: f64,
     ) -> Option<(f64, f64)> {
-        let is_own = |same: &Vec<u16>| same.iter().any(|i| usize::from(*i) == candidate);
-        let first = self.alike.iter().position(is_own)?;
+        let first = usize::from(self.standing(candidate)?);
         let along = self.gram0(first);
         let open: Vec<usize> = (0..along.len()).filter(|j| self.norm[*j] > 0.0 && self.prior[*j].is_finite()).collect();
         let each = 0.5 * std::f64::consts::TAU.ln() - (2.0 * self.settings.range()).ln() + self.kernel_prior(0);
@@ -1137,7 +1127,7 @@ impl Score {
                 let like = |j: usize| 0.5 * score(j).powi(2) + each;
                 let is_plain = like(first) - nothing >= PLAIN;
                 let in_class = |j: usize| self.replaces(like(first) - like(j), is_plain, || along[j].abs());
-                let value = |j: &usize| (in_class(*j), like(*j) + self.believed(*j, score(*j), 1.0));
+                let value = |j: &usize| (in_class(*j), like(*j) + self.likely(*j, score(*j), 1.0).ln());
                 let values: Vec<(bool, f64)> = open.iter().map(value).collect();
                 let outside = remainders.iter().map(|[a, b, c]| a + b * t + c * t * t);
                 let class: Vec<f64> = values.iter().filter(|(is_own, _)| *is_own).map(|(_, value)| *value).collect();

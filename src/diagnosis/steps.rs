@@ -105,7 +105,7 @@ pub(super) fn steps(
         };
         let with = members.iter().map(|j| name(*j)).collect();
         let Step { with, strongest, t, p, global_p } =
-            Step::new(with, strongest.map(|s| (name(s.index), s.t, s.p)), global_p);
+            Step::new(with, strongest.map(|(j, t, p)| (name(j), t, p)), global_p);
         let gap = Gap {
             rms: (dof > 0).then(|| (square / dof as f64).sqrt()),
             max: residuals().fold(0.0_f64, |max, v| max.max(v.abs())),
