@@ -8,13 +8,12 @@
 use super::ambiguity::{Explanation, Rival};
 use super::bank::{bank, bank_of};
 use super::candidates::{Kept, build};
-use super::coefficient::{beyond_noise, coefficient};
 use super::common::{DIFFERENT, NoiseFrom};
 use super::evidence::Evidence;
 use super::noise::{Finished, Weighted};
 use super::own_noise;
 use super::pool::Pool;
-use super::repair::repaired;
+use super::repair::{beyond_noise, coefficient, repaired};
 use super::score::{Class, Deviations, Kernel, Member, Posterior, Priors, Problem, Score};
 use super::screen::{Chosen, Screen};
 use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
@@ -389,7 +388,7 @@ impl<'a> Search<'a> {
         let mut without_column = 0;
         for given in [&given, &[][..]] {
             let scan = Screen::new(campaign, &design, &weighted, &self.chosen, given);
-            self.chosen.add(scan.strongest(&self.chosen).into_iter().map(|(member, _)| member));
+            self.chosen.add(scan.strongest(&self.chosen));
             without_column = scan.without_column(&self.chosen);
         }
         for given in [&given, &[][..]] {

@@ -2,8 +2,8 @@
 //! what its inputs could make of it: what is left of small tilts alone is small, and rounding is none.
 
 use super::catalogue::{Effect, Filling, breaks, clock, fill};
+use super::common::Settings;
 use super::screen::{Chosen, Scanned};
-use super::settings::Settings;
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{DesignMatrix, Model};

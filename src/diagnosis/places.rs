@@ -2,8 +2,8 @@
 
 use super::common::NoiseFrom;
 use super::evidence::by_chance;
-use super::indicators::{Indicators, Sums};
 use super::noise::Weighted;
+use super::screen::{Indicators, Sums};
 use crate::campaign::{Campaign, JointState, Reading, joint_keys};
 use crate::design::DesignMatrix;
 use crate::elements::{Elements, numbered};
