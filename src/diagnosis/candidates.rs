@@ -1,7 +1,7 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point of linearisation; and how large each is here against
 //! what its inputs could make of it: what is left of small tilts alone is small, and rounding is none.
 
-use super::catalogue::{Effect, Filling, breaks, clock, fill};
+use super::catalogue::{Effect, Filling, breaks, clock, fill, has, order};
 use super::common::Settings;
 use super::screen::{Chosen, Scanned};
 use crate::algebra::{Scratch, Tape};
@@ -268,7 +268,7 @@ impl Maker<'_> {
             sensor: owner,
             family: effect.term.clone(),
             // a term without {k} is no harmonic
-            harmonic: filling.iter().find(|(key, _)| *key == "{k}").and_then(|(_, k)| k.parse().ok()).unwrap_or(0),
+            harmonic: order(filling).unwrap_or(0),
             rank: effect.rank,
             one_of,
             fixed,
@@ -310,14 +310,7 @@ impl Maker<'_> {
         if crate::bench::identifier(&name).is_err() {
             name = format!("c_{name}");
         }
-        let taken = |name: &str| {
-            let bench = &self.campaign.bench;
-            self.named.contains(name)
-                || self.campaign.parameter_index(name).is_some()
-                || self.campaign.readings.columns.iter().any(|column| column == name)
-                || bench.chain.iter().any(|link| link.name() == name)
-                || bench.sensors.iter().any(|sensor| sensor.id == name)
-        };
+        let taken = |name: &str| self.named.contains(name) || has(self.campaign, name);
         if taken(&name)
             && let [_, _, ..] = self.campaign.bench.sensors.as_slice()
             && let Some(felt_by) = self.campaign.bench.sensors.get(sensor)

@@ -34,9 +34,8 @@ pub(super) struct Evidence {
     pub rss: f64,
     pub dof: usize,
     pub from: NoiseFrom,
-    /// Tests that each candidate's probability accounts for: a family that stands for readings, positions or times counts as one effect, which
-    /// its members share.
-    pub multiplicity: Vec<f64>,
+    /// Tests that each candidate's probability accounts for: those with columns.
+    multiplicity: f64,
     basis: Mat<f64>,
     residual: Vec<f64>,
     pure: Option<Pure>,
@@ -79,7 +78,7 @@ impl Evidence {
         Evidence {
             strata,
             tests,
-            multiplicity: vec![tests as f64; pool.len()],
+            multiplicity: tests as f64,
             basis: weighted.estimate.factor.thin_q().to_owned(),
             residual: weighted.residual.clone(),
             cosines: vec![OnceCell::new(); pool.len()],
@@ -159,26 +158,24 @@ impl Evidence {
         }
     }
 
-    /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak, with the candidate's share of the tests).
-    pub fn family_wise(&self, t: f64, dof: f64, index: usize) -> f64 {
-        // without a count: as one of all candidates
-        let tests = self.multiplicity.get(index).copied().unwrap_or(self.tests as f64).max(1.0);
-        of_all(by_chance(t, dof), tests)
+    /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak).
+    pub fn family_wise(&self, t: f64, dof: f64) -> f64 {
+        of_all(by_chance(t, dof), self.multiplicity)
     }
 
-    /// Of some candidates the one with the strongest evidence given the set: `t^2`, less what its family's tests cost. Its index, t and family-wise p.
+    /// Of some candidates the one with the strongest evidence given the set: `t^2`, less what the tests cost. Its index, t and family-wise p.
     pub fn strongest_of(&self, given: &Given, wanted: impl Fn(usize) -> bool) -> Option<(usize, f64, f64)> {
         let mut best: Option<(usize, f64, f64, f64)> = None;
         for index in 0..self.pool.len() {
             if given.left.get(index).is_some_and(|n| *n > DISTINCT) && wanted(index) {
                 let (t, dof) = self.t(given, index);
-                let order = t * t - 2.0 * self.multiplicity.at(index).max(1.0).ln();
+                let order = t * t - 2.0 * self.multiplicity.ln();
                 if best.is_none_or(|(.., before)| order > before) {
                     best = Some((index, t, dof, order));
                 }
             }
         }
-        best.map(|(index, t, dof, _)| (index, t, self.family_wise(t, dof, index)))
+        best.map(|(index, t, dof, _)| (index, t, self.family_wise(t, dof)))
     }
 
     /// The residuals outside the model and a set; `None` where they are not independent.

@@ -343,7 +343,7 @@ impl Effects<'_> {
             u,
             unit,
             t,
-            p: evidence.family_wise(t, dof, *member),
+            p: evidence.family_wise(t, dof),
             explains: if evidence.rss > 0.0 { (without.rss - rss) / evidence.rss } else { 0.0 },
             probability,
             aliases: aliases.into_iter().map(|(_, _, _, alias)| alias).collect(),

@@ -16,7 +16,7 @@
 use super::bank::bank;
 use super::catalogue::{Effect, ORDER, carried};
 use super::pool::Pool;
-use super::score::{Priors, Problem, Score};
+use super::score::{ALIAS, Priors, Problem, Score};
 use super::{Candidate, Settings, augmented, averaged, candidates, screen};
 use crate::campaign::{Campaign, JointState, Kind, Reading, Readings, Role};
 use crate::design::{self, DesignMatrix, Model};
@@ -313,8 +313,7 @@ fn z(p: f64) -> f64 {
 
 /// What must remain of an effect given another one, in units of u, for the other to be dropped with the power of the rule.
 fn apart() -> f64 {
-    let alias = Priors::at(Settings::default().significance).alias;
-    z(POWER) + (z(POWER).powi(2) + 2.0 * alias).sqrt()
+    z(POWER) + (z(POWER).powi(2) + 2.0 * ALIAS).sqrt()
 }
 
 /// Change of every unknown when the effect, with coefficient 1, is in the readings and not in the model.

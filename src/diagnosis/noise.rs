@@ -7,6 +7,7 @@ use crate::elements::numbered;
 use crate::error::Result;
 use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
+use crate::linear::subtract;
 use crate::quality;
 use faer::Mat;
 
@@ -122,9 +123,7 @@ impl Weighted {
     pub fn residuals_with(&self, design: &DesignMatrix, n: usize, columns: &[&Vec<f64>]) -> Result<Vec<f64>> {
         let (all, solution) = self.solved_with(design, n, columns.iter().copied())?;
         let mut residuals = self.estimate.residuals.clone();
-        for (j, x) in solution.iter().enumerate() {
-            residuals.iter_mut().zip(all.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-        }
+        subtract(&mut residuals, &all, &solution);
         Ok(residuals)
     }
 
@@ -235,8 +234,7 @@ pub(super) fn weigh(
             }
         }
     }
-    let known =
-        System { rows: system.rows, observed: system.observed, u, group: vec![Group::Known; groups.group.len()] };
+    let known = System::known(system.rows, system.observed, u);
     let estimate = fit::adjust_with_equations(campaign, design, &known)?;
     let weight: Vec<f64> = known.u.iter().map(|u| 1.0 / u).collect();
     let residual: Vec<f64> = estimate.residuals.iter().zip(&weight).map(|(v, w)| v * w).collect();
@@ -291,9 +289,7 @@ fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finis
     let residual = estimate.residuals.clone();
     let rss = residual.iter().map(|v| v * v).sum();
     estimate.residuals = system.observed.clone();
-    for (j, x) in estimate.unknowns.solution.iter().enumerate().take(system.rows.ncols()) {
-        estimate.residuals.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
+    subtract(&mut estimate.residuals, &system.rows, &estimate.unknowns.solution);
     let inverse = |sd: &[f64]| -> Vec<f64> { sd.iter().map(|sd| 1.0 / sd).collect() };
     let (weight, own_weight) = (inverse(floor.total_sd()), inverse(floor.whitening().sd()));
     Ok(Weighted { estimate, weight, own_weight, floor: Some(floor), residual, rss, from, replicates })

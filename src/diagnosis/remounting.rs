@@ -8,7 +8,7 @@
 
 use super::augmented::{Seen, State};
 use super::evidence::of_all;
-use super::score::{Deviation, Kernel, Priors, Problem, Score};
+use super::score::{ALIAS, Deviation, Kernel, Priors, Problem, Score};
 use super::{Candidate, Diagnosis, Effect, Finding, NoiseFrom, Separation, Settings, Verdict, finding};
 use crate::bench::Link;
 use crate::campaign::{Campaign, Deviating, JointState, Per, Scatter, Size};
@@ -189,7 +189,7 @@ pub(super) fn diagnose(
     if !after.noise.sources.iter().any(has_size) {
         return Ok(first);
     }
-    let least = best.probability * (-Priors::at(settings.significance).alias).exp();
+    let least = best.probability * (-ALIAS).exp();
     let aliases: Vec<&Deviates> = others.iter().filter(|other| other.probability > least).collect();
     let found = (best, p(best.gain, each.len()), probability.min(1.0));
     let finding = of(campaign, &after, found, &aliases, &first.before);

@@ -19,7 +19,7 @@ use crate::campaign::{Campaign, Per, Reading, Readings};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, Felt, Group, Pattern, ScatterLine, System, Whitening, product_by_rows};
+use crate::estimate::{self, Estimate, Felt, Pattern, ScatterLine, System, Whitening, product_by_rows};
 use crate::fit;
 use crate::simulate::{self, Regressor};
 use faer::Mat;
@@ -225,7 +225,7 @@ pub(super) fn adjusted(campaign: &Campaign, rows: &[Vec<f64>], n: usize) -> Resu
 
 /// Rows without values.
 fn unobserved(rows: Mat<f64>, u: Vec<f64>) -> System {
-    System { rows, observed: vec![0.0; u.len()], group: vec![Group::Known; u.len()], u }
+    System::known(rows, vec![0.0; u.len()], u)
 }
 
 /// Nothing is observed, so there is no solution to refine.
