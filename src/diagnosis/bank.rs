@@ -174,13 +174,8 @@ pub(super) fn bank_of<'a>(
         }
     }
     for (k, joint) in campaign.bench.joints().enumerate() {
-        let angle: Vec<Option<f64>> = rows
-            .iter()
-            .map(|r| match states(r).get(k) {
-                Some(JointState::Held { angle_deg }) => Some(angle_deg.to_radians()),
-                _ => None,
-            })
-            .collect();
+        let held = |r: &RowOrigin| states(r).get(k).and_then(JointState::held_deg);
+        let angle: Vec<Option<f64>> = rows.iter().map(|r| held(r).map(f64::to_radians)).collect();
         let (_, distinct) =
             numbered(angle.iter().flatten().map(|a| (a.rem_euclid(std::f64::consts::TAU) * 1e9).round() as i64));
         if distinct < 3 {

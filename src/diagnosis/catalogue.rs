@@ -2,7 +2,7 @@
 
 use crate::algebra::Expression;
 use crate::bench::Sensor;
-use crate::campaign::{Campaign, JointState, Kind, Role};
+use crate::campaign::{Campaign, Kind, Role};
 use crate::error::Result;
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
@@ -251,15 +251,8 @@ pub(super) fn fill(text: &str, filling: &Filling) -> String {
 
 /// The highest harmonic of a joint that its angles can tell: half of their number.
 pub(super) fn carried(campaign: &Campaign, place: usize) -> usize {
-    let angles: std::collections::HashSet<u64> = campaign
-        .readings
-        .rows
-        .iter()
-        .filter_map(|row| match row.joints.get(place) {
-            Some(JointState::Held { angle_deg }) => Some((angle_deg.rem_euclid(360.0) + 0.0).to_bits()),
-            _ => None,
-        })
-        .collect();
+    let held = campaign.readings.rows.iter().filter_map(|row| row.joints.get(place)?.held_deg());
+    let angles: std::collections::HashSet<u64> = held.map(|deg| (deg.rem_euclid(360.0) + 0.0).to_bits()).collect();
     (angles.len() / 2).clamp(HARMONICS.0, HARMONICS.1)
 }
 

@@ -288,8 +288,7 @@ fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finis
     let mut estimate = fit::adjust_with_equations(campaign, design, &white)?;
     let residual = estimate.residuals.clone();
     let rss = residual.iter().map(|v| v * v).sum();
-    estimate.residuals = system.observed.clone();
-    subtract(&mut estimate.residuals, &system.rows, &estimate.unknowns.solution);
+    estimate.residuals = system.residuals(&estimate.unknowns.solution);
     let inverse = |sd: &[f64]| -> Vec<f64> { sd.iter().map(|sd| 1.0 / sd).collect() };
     let (weight, own_weight) = (inverse(floor.total_sd()), inverse(floor.whitening().sd()));
     Ok(Weighted { estimate, weight, own_weight, floor: Some(floor), residual, rss, from, replicates })

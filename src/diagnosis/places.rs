@@ -225,10 +225,7 @@ fn factors(campaign: &Campaign) -> Vec<Grouping> {
     by("position".into(), &|reading| (!reading.position.is_empty()).then(|| Level::Text(reading.position.to_string())));
     for (k, joint) in campaign.bench.joints().enumerate() {
         let state = |reading: &Reading| reading.joints.get(k).copied();
-        by(format!("{joint}_deg"), &|reading| match state(reading) {
-            Some(JointState::Held { angle_deg }) => Some(Level::Number(angle_deg)),
-            _ => None,
-        });
+        by(format!("{joint}_deg"), &|reading| state(reading)?.held_deg().map(Level::Number));
         let rate = |reading: &Reading| state(reading).map(|s| s.rate_deg_s()).filter(|rate| *rate != 0.0);
         by(format!("{joint}_deg_s"), &|reading| rate(reading).map(Level::Number));
         by(format!("sense_of_{joint}"), &|reading| rate(reading).map(|rate| Level::Number(rate.signum())));

@@ -213,21 +213,14 @@ fn p(gain: f64, tried: usize) -> f64 {
     of_all(alone, tried.max(1) as f64)
 }
 
-fn held(joints: &[JointState]) -> Vec<u64> {
-    let angle = |state: &JointState| match state {
-        JointState::Held { angle_deg } => (angle_deg + 0.0).to_bits(),
-        _ => u64::MAX,
-    };
-    joints.iter().map(angle).collect()
-}
-
 /// Labelled positions, and how many mountings there are beyond the first of each setting of the angles.
 fn mountings(campaign: &Campaign) -> (usize, usize) {
-    let mut labels: HashMap<&str, Vec<u64>> = HashMap::new();
+    let held = |state: &JointState| state.held_deg().map(|deg| (deg + 0.0).to_bits());
+    let mut labels: HashMap<&str, Vec<Option<u64>>> = HashMap::new();
     for reading in campaign.readings.rows.iter().filter(|r| !r.position.is_empty()) {
-        labels.entry(&reading.position).or_insert_with(|| held(&reading.joints));
+        labels.entry(&reading.position).or_insert_with(|| reading.joints.iter().map(held).collect());
     }
-    let settings: std::collections::HashSet<&Vec<u64>> = labels.values().collect();
+    let settings: std::collections::HashSet<&Vec<Option<u64>>> = labels.values().collect();
     (labels.len(), labels.len() - settings.len())
 }
 
@@ -250,8 +243,7 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     let name = sensors.iter().map(|s| campaign.sensor_id(*s)).collect::<Vec<_>>().join(", ");
     let mut sources = vec![Source { name, lines: offsets }];
     for (k, joint) in campaign.bench.joints().enumerate() {
-        let is_held = |r: &crate::campaign::Reading| matches!(r.joints.get(k), Some(JointState::Held { .. }));
-        if campaign.readings.rows.iter().any(is_held) {
+        if campaign.readings.rows.iter().any(|row| row.joints.get(k).and_then(JointState::held_deg).is_some()) {
             let lines = vec![line(Deviating::Joint(k), arcsec, "arcsec")];
             sources.push(Source { name: joint.to_string(), lines });
         }

@@ -412,8 +412,7 @@ impl Question<'_> {
             for k in group {
                 let row = moved.get_mut(*k)?;
                 let mut joints = row.joints.clone();
-                let JointState::Held { angle_deg } = joints.get(freedom.joint)? else { return None };
-                let angle = angle_deg + way;
+                let angle = joints.get(freedom.joint)?.held_deg()? + way;
                 let angle = match freedom.range {
                     Some((low, high)) if (low..=high).contains(&angle) => angle,
                     Some(_) => return None,
@@ -484,13 +483,8 @@ impl Question<'_> {
 /// Joints that are held at several angles in the candidates.
 fn freedoms(pool: &Pool, joints: usize) -> Vec<Freedom> {
     let angles = |joint: usize| {
-        let states = pool.portions.iter().flatten().filter_map(|reading| reading.joints.get(joint));
-        let mut angles: Vec<f64> = states
-            .filter_map(|state| match state {
-                JointState::Held { angle_deg } => Some(*angle_deg),
-                _ => None,
-            })
-            .collect();
+        let held = pool.portions.iter().flatten().filter_map(|reading| reading.joints.get(joint)?.held_deg());
+        let mut angles: Vec<f64> = held.collect();
         angles.sort_by(f64::total_cmp);
         angles.dedup();
         angles

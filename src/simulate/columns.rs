@@ -197,10 +197,7 @@ fn slopes(campaign: &Campaign, column: usize) -> Vec<f64> {
 /// For each reading, the sense in which a held joint was last moved (the shorter way round); 0 before its first move.
 fn senses(campaign: &Campaign, joint: usize) -> Vec<f64> {
     let (mut before, mut sense) = (None, 0.0);
-    let angle = |reading: &Reading| match reading.joints.get(joint) {
-        Some(JointState::Held { angle_deg }) => Some(*angle_deg),
-        _ => None,
-    };
+    let angle = |reading: &Reading| reading.joints.get(joint)?.held_deg();
     campaign
         .readings
         .rows
