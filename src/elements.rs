@@ -4,6 +4,20 @@
 //! what no reader takes for a result: not-a-number, an empty part, a place that no list has. A plausible number (0, 1) never stands in for one that is
 //! missing. Where an element may honestly be absent, the code says `get` and what absence means.
 
+use std::collections::HashMap;
+use std::hash::Hash;
+
+/// Of each key its number, counted from 0 in the order in which they first occur; and how many there are.
+pub(crate) fn numbered<K: Hash + Eq>(keys: impl IntoIterator<Item = K>) -> (Vec<usize>, usize) {
+    let mut seen: HashMap<K, usize> = HashMap::new();
+    let number = |key: K| {
+        let next = seen.len();
+        *seen.entry(key).or_insert(next)
+    };
+    let numbers = keys.into_iter().map(number).collect();
+    (numbers, seen.len())
+}
+
 /// Elements by an index that the list's constructor has established.
 pub(crate) trait Elements {
     /// What an element is read as.

@@ -196,6 +196,14 @@ impl JointState {
         }
     }
 
+    /// The angle at which it is held; `None` for one that turns.
+    pub(crate) fn held_deg(&self) -> Option<f64> {
+        match *self {
+            JointState::Held { angle_deg } => Some(angle_deg),
+            _ => None,
+        }
+    }
+
     /// What is given of these, with what a key has behind the joint's name.
     pub(crate) fn given(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
         let (deg, deg_s, turns) = self.keys();

@@ -8,14 +8,13 @@
 use super::ambiguity::{Explanation, Rival};
 use super::bank::{bank, bank_of};
 use super::candidates::{Kept, build};
-use super::coefficient::{beyond_noise, coefficient};
 use super::common::{DIFFERENT, NoiseFrom};
 use super::evidence::Evidence;
 use super::noise::{Finished, Weighted};
 use super::own_noise;
 use super::pool::Pool;
-use super::repair::repaired;
-use super::score::{Class, Deviations, Kernel, Member, Posterior, Priors, Problem, Score};
+use super::repair::{beyond_noise, coefficient, repaired};
+use super::score::{ALIAS, Class, Deviations, Kernel, Member, Posterior, Priors, Problem, RANK, Score};
 use super::screen::{Chosen, Screen};
 use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
 use crate::campaign::{Campaign, Role};
@@ -110,19 +109,12 @@ struct View {
 }
 
 impl View {
-    fn index(&self, (regressor, sensor): &(String, Option<usize>)) -> Option<usize> {
-        self.candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)
-    }
-
     fn names(&self, set: &[u16]) -> Names {
-        let name = |j: &u16| self.candidates.get(usize::from(*j)).map(|c| (c.regressor.clone(), c.sensor));
-        let mut names: Names = set.iter().filter_map(name).collect();
-        names.sort();
-        names
+        names_of(set.iter().filter_map(|j| self.candidates.get(usize::from(*j))))
     }
 
     /// The candidate that stands for a class.
-    fn front(&self, class: &Class, alias: f64) -> Option<Member> {
+    fn front(&self, class: &Class) -> Option<Member> {
         let name = |j: usize| self.candidates.get(j).map(|c| c.regressor.as_str());
         // what only small tilts leave never stands for a plain one
         let is_plain = |j: usize| self.candidates.get(j).is_some_and(|c| !c.vanishing);
@@ -138,19 +130,19 @@ impl View {
             };
             self.candidates.get(j).map_or(0, with)
         };
-        class.front(alias, is_plain, |a, b| others(b).cmp(&others(a)).then_with(|| name(a).cmp(&name(b))))
+        class.front(ALIAS, is_plain, |a, b| others(b).cmp(&others(a)).then_with(|| name(a).cmp(&name(b))))
     }
 
     /// The candidates that stand for the classes. Each front is what stands for its class where the others are what the best set has there; of two classes that
     /// share members the two fronts may be a pair that no reading supports. So one that makes the set less probable by more than aliases may differ gives way to what the best
     /// set has in its place.
-    fn fronts(&mut self, alias: f64) -> Vec<Option<Member>> {
+    fn fronts(&mut self) -> Vec<Option<Member>> {
         let classes = self.posterior.classes.clone();
         let mut set = self.posterior.sets.first().map(|(_, set)| set.clone()).unwrap_or_default();
-        let least = self.score.of(&set) - alias;
+        let least = self.score.of(&set) - ALIAS;
         let mut fronts = Vec::new();
         for (place, class) in classes.iter().enumerate() {
-            let mut front = self.front(class, alias);
+            let mut front = self.front(class);
             // the first classes are those of the members of the best set, in their order
             if let Some(own) = set.get(place).copied() {
                 let mut with = set.clone();
@@ -162,7 +154,7 @@ impl View {
                 } else {
                     let is_own = |member: &&Member| self.score.standing(member.candidate) == Some(own);
                     let members = class.members.iter().filter(is_own).copied().collect();
-                    front = self.front(&Class { members, probability: class.probability }, alias);
+                    front = self.front(&Class { members, probability: class.probability });
                 }
             }
             fronts.push(front);
@@ -172,13 +164,13 @@ impl View {
 
     /// A set with, in the place of what only small tilts leave, the plain candidate that stands for its class: the exact fit of the former leads to a point far
     /// away, from which nothing else is seen straight.
-    fn plain(&self, set: &[u16], alias: f64) -> Vec<u16> {
+    fn plain(&self, set: &[u16]) -> Vec<u16> {
         let front = |j: &u16| {
             let index = usize::from(*j);
             self.candidates.get(index).filter(|c| c.vanishing)?;
             let mut classes = self.posterior.classes.iter();
             let class = classes.find(|class| class.members.iter().any(|member| member.candidate == index))?;
-            u16::try_from(self.front(class, alias)?.candidate).ok()
+            u16::try_from(self.front(class)?.candidate).ok()
         };
         let plain: Vec<u16> = set.iter().map(|j| front(j).unwrap_or(*j)).collect();
         let is_twice = |(k, j): (usize, &u16)| plain.iter().skip(k + 1).any(|other| other == j);
@@ -186,7 +178,7 @@ impl View {
     }
 
     fn members(&self, names: &Names) -> Option<Vec<&Candidate>> {
-        names.iter().map(|name| self.index(name).and_then(|j| self.candidates.get(j))).collect()
+        names.iter().map(|name| self.candidates.get(index(&self.candidates, name)?)).collect()
     }
 
     /// ln odds of all that have the column of a candidate.
@@ -209,11 +201,20 @@ impl View {
     }
 }
 
+fn index(candidates: &[Candidate], (regressor, sensor): &(String, Option<usize>)) -> Option<usize> {
+    candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)
+}
+
+fn names_of<'a>(effects: impl Iterator<Item = &'a Candidate>) -> Names {
+    let mut names: Names = effects.map(|c| (c.regressor.clone(), c.sensor)).collect();
+    names.sort();
+    names
+}
+
 fn columns_of(candidates: &[Candidate], score: &Score, names: &Names) -> Option<Vec<u16>> {
-    let place = |(regressor, sensor): &(String, Option<usize>)| {
-        let j = candidates.iter().position(|c| c.regressor == *regressor && c.sensor == *sensor)?;
-        let j = u16::try_from(j).ok()?;
-        Some(usize::from(j)).and_then(|k| score.standing(k)).or(Some(j))
+    let place = |name| {
+        let j = index(candidates, name)?;
+        score.standing(j).or(u16::try_from(j).ok())
     };
     let mut set: Vec<u16> = names.iter().map(place).collect::<Option<_>>()?;
     set.sort_unstable();
@@ -236,7 +237,7 @@ pub(super) fn odds<'a>(
         let share = c.one_of.max(1) as f64;
         // of equals the first rank, and before it what was only asserted
         let rank = if assumptions::is_assumption(c) { -1.0 } else { f64::from(c.rank) };
-        -share.ln() - priors.rank * rank
+        -share.ln() - RANK * rank
     };
     priors.shared(candidates.map(odds_of).collect(), plain)
 }
@@ -251,9 +252,9 @@ fn kinds<'a>(of: impl Iterator<Item = &'a Candidate>, all: &[Candidate]) -> Vec<
     of.map(|candidate| sensors.get(candidate.regressor.as_str()).copied().filter(|(_, sensors)| *sensors > 1)).collect()
 }
 
-/// For each candidate, scaled to a largest value of one, the coefficient with which it would make this share of the largest reading of its sensor if its
+/// For each candidate, scaled to a largest value of one, the coefficient with which it would make as much as the largest reading of its sensor if its
 /// inputs were as large as they could be: what only small tilts leave needs an absurd one.
-fn plain(candidates: &[Candidate], design: &DesignMatrix, share: f64) -> Vec<f64> {
+fn plain(candidates: &[Candidate], design: &DesignMatrix) -> Vec<f64> {
     let mut largest: Vec<f64> = Vec::new();
     for (origin, value) in design.rows.iter().zip(&design.predicted) {
         largest.resize(largest.len().max(origin.sensor + 1), 0.0);
@@ -266,7 +267,7 @@ fn plain(candidates: &[Candidate], design: &DesignMatrix, share: f64) -> Vec<f64
             reading.map_or(most, |reading| most.max(v.abs() / reading))
         });
         // what no reading of any size feels has none
-        if most > 0.0 { share * candidate.size * all / most } else { f64::INFINITY }
+        if most > 0.0 { candidate.size * all / most } else { f64::INFINITY }
     };
     candidates.iter().map(of).collect()
 }
@@ -387,7 +388,7 @@ impl<'a> Search<'a> {
         let mut without_column = 0;
         for given in [&given, &[][..]] {
             let scan = Screen::new(campaign, &design, &weighted, &self.chosen, given);
-            self.chosen.add(scan.strongest(&self.chosen).into_iter().map(|(member, _)| member));
+            self.chosen.add(scan.strongest(&self.chosen));
             without_column = scan.without_column(&self.chosen);
         }
         for given in [&given, &[][..]] {
@@ -409,7 +410,7 @@ impl<'a> Search<'a> {
         let Question { campaign, settings, .. } = self.question;
         let (design, weighted, mut candidates, without_column) = self.see(point, fit)?;
         let columns = weighted.columns(candidates.iter().map(|c| &c.column));
-        let absurd = plain(&candidates, &design, self.priors.plain);
+        let absurd = plain(&candidates, &design);
         let counted = |j: usize| {
             let largest = absurd.get(j).map_or(f64::INFINITY, |size| size * columns.col(j).norm_l2());
             self.priors.share_below(largest)
@@ -472,7 +473,7 @@ impl<'a> Search<'a> {
             basis: weighted.estimate.factor.thin_q(),
             columns: columns.as_ref(),
             prior: odds,
-            plain: &plain(&members, &design, self.priors.plain),
+            plain: &plain(&members, &design),
             fixed: &members.iter().map(|c| c.fixed).collect::<Vec<_>>(),
             kinds: &kinds(members.iter(), &candidates),
             known: weighted.from == NoiseFrom::Stated,
@@ -480,8 +481,7 @@ impl<'a> Search<'a> {
             sharing: Some(remainder.1),
         };
         let mut score = Score::new(&problem, self.priors);
-        let names: Names = members.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
-        let set = columns_of(&members, &score, &names).filter(|set| set.len() == effects.len());
+        let set = columns_of(&members, &score, &names_of(members.iter())).filter(|set| set.len() == effects.len());
         let value = set.map_or(f64::NEG_INFINITY, |set| score.of(&set)) + self.unit(&weighted);
         Ok((if value.is_nan() { f64::NEG_INFINITY } else { value }, weighted))
     }
@@ -543,8 +543,7 @@ impl Search<'_> {
         let sharing = at.score.sharing;
         let at = &*at;
         let Some(effects) = at.members(names) else { return Ok(None) };
-        let indices = names.iter().filter_map(|name| at.index(name));
-        let odds: Vec<f64> = indices.map(|j| at.odds(j)).collect();
+        let odds: Vec<f64> = names.iter().filter_map(|name| Some(at.odds(index(&at.candidates, name)?))).collect();
         let Ok(Some((_, fit, point))) = self.exact(at, &effects, from) else { return Ok(None) };
         if is_trivial(&home.design, &fit, self.question.campaign) {
             return Ok(None);
@@ -594,9 +593,9 @@ impl Judged {
     }
 
     /// Sets of a view that are probable and not judged.
-    fn open(&self, view: &View, alias: f64) -> Vec<Names> {
+    fn open(&self, view: &View) -> Vec<Names> {
         let likely = view.posterior.sets.iter().filter(|(p, _)| *p >= COMPETES);
-        let likely = likely.map(|(_, set)| view.names(&view.plain(set, alias)));
+        let likely = likely.map(|(_, set)| view.names(&view.plain(set)));
         likely.filter(|names| !self.knows(names)).take(RIVALS).collect()
     }
 }
@@ -610,17 +609,15 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
     let nothing = first.score.of(&[]) + first.unit;
     let mut judged = Judged { nothing, values: vec![(Names::new(), Some(nothing))], best: None };
     let is_judged = first.weighted.estimate.dof > 0;
-    let alias = search.priors.alias;
     if is_judged {
-        let wanted = hypotheses(&first, alias);
+        let wanted = hypotheses(&first);
         judged.judge(&mut search, base, (&mut first, home), wanted)?;
         // a large tilt changes the columns of the other effects: they are evaluated at the solution with the tilt alone
         for names in movers(&first) {
             let Some(set_fit) = search.fit_set(base, &mut first, &names, home)? else { continue };
-            let effects: Vec<Candidate> = first.members(&names).unwrap_or_default().into_iter().cloned().collect();
-            let fitted: Vec<&Candidate> = effects.iter().collect();
+            let fitted = first.members(&names).unwrap_or_default();
             let mut view = search.view(&set_fit.point, Some((&set_fit.fit, &fitted)), &judged.values)?;
-            let wanted = judged.open(&view, alias);
+            let wanted = judged.open(&view);
             judged.judge(&mut search, base, (&mut view, &set_fit.point), wanted)?;
         }
     }
@@ -630,15 +627,13 @@ pub(super) fn run(question: Question<'_>, home: &[f64]) -> Result<Outcome> {
             (Some(best), Some((names, view))) if *names == best.names => view.settle(&judged.values),
             (Some(best), _) => {
                 let at = there.as_ref().map_or(&first, |(_, view)| view);
-                let effects: Vec<Candidate> =
-                    at.members(&best.names).unwrap_or_default().into_iter().cloned().collect();
-                let fitted: Vec<&Candidate> = effects.iter().collect();
+                let fitted = at.members(&best.names).unwrap_or_default();
                 let view = search.view(&best.point, Some((&best.fit, &fitted)), &judged.values)?;
                 there = Some((best.names.clone(), view));
             }
             (None, _) => first.settle(&judged.values),
         }
-        let wanted = judged.open(there.as_ref().map_or(&first, |(_, view)| view), alias);
+        let wanted = judged.open(there.as_ref().map_or(&first, |(_, view)| view));
         if wanted.is_empty() || !is_judged {
             break;
         }
@@ -676,9 +671,9 @@ fn movers(view: &View) -> Vec<Names> {
 }
 
 /// The most probable set, and those in which a tilt or a known value replaces a member.
-fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
+fn hypotheses(view: &View) -> Vec<Names> {
     let sets = &view.posterior.sets;
-    let names = |set: &Vec<u16>| view.names(&view.plain(set, alias));
+    let names = |set: &Vec<u16>| view.names(&view.plain(set));
     let mut wanted: Vec<Names> = sets.iter().take(1).map(|(_, set)| names(set)).collect();
     // what is estimated to scatter hides effects until they are in the model
     if view.weighted.floor.is_some() && view.weighted.from == NoiseFrom::Residuals {
@@ -694,7 +689,7 @@ fn hypotheses(view: &View, alias: f64) -> Vec<Names> {
             for other in view.score.alike.get(usize::from(*member)).into_iter().flatten() {
                 if view.candidates.get(usize::from(*other)).is_some_and(moves) && !seen.contains(other) {
                     seen.push(*other);
-                    let mut with = view.plain(set, alias);
+                    let mut with = view.plain(set);
                     with.iter_mut().skip(place).take(1).for_each(|slot| *slot = *other);
                     wanted.push(view.names(&with));
                 }
@@ -737,7 +732,7 @@ fn outcome(
     zero: &[usize],
 ) -> Result<Outcome> {
     let settings = search.question.settings;
-    let fronts = view.fronts(search.priors.alias);
+    let fronts = view.fronts();
     let posterior = view.posterior.clone();
     let mut named: Vec<(Member, &Class)> = Vec::new();
     let mut suspected: Vec<(Member, &Class)> = Vec::new();
@@ -755,7 +750,7 @@ fn outcome(
             let share = other.probability / member.probability;
             let excess = -2.0 * (share / (other.odds / member.odds)).ln();
             // a rival that needs another effect is present as well, but replaces the member with no more than this share
-            if excess <= 2.0 * search.priors.alias {
+            if excess <= 2.0 * ALIAS {
                 rivals.push(Rival { place, candidate: other.candidate, share, excess });
             }
         }
@@ -770,17 +765,15 @@ fn outcome(
         Some((_, fit)) if is_trivial(&view.design, &fit, search.question.campaign) => None,
         other => other,
     };
-    let mut names: Names = effects.iter().map(|c| (c.regressor.clone(), c.sensor)).collect();
-    names.sort();
+    let names = names_of(effects.iter().copied());
     let set = columns_of(&view.candidates, &view.score, &names).unwrap_or_default();
     let each = view.score.deviations(&set);
-    let deviations = Deviations { each, kernels: std::mem::take(&mut view.kernels) };
+    let mut deviations = Deviations { each, kernels: std::mem::take(&mut view.kernels) };
     let least =
         repair.as_ref().and_then(|model| indifferent(&effects, &view, model, &deviations, search.question.campaign));
-    let Deviations { each: mut deviations, kernels } = deviations;
     if let Some((front, _)) = least.and_then(|place| named.get(place)) {
         let zero = [zero, &[front.candidate]].concat();
-        return outcome(search, fitted_names, View { kernels, ..view }, point, &zero);
+        return outcome(search, fitted_names, View { kernels: deviations.kernels, ..view }, point, &zero);
     }
     let state = match (repair.is_some(), suspected.is_empty()) {
         (true, _) => State::Named,
@@ -810,11 +803,9 @@ fn outcome(
     let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));
     let each = view.score.given_best_remainder(&set).map_or_else(Vec::new, |solved| solved.t);
     let t_of = |(j, _): &(usize, f64)| {
-        let represents = |first: &u16| {
-            view.score.alike.get(usize::from(*first)).is_some_and(|same| same.iter().any(|i| usize::from(*i) == *j))
-        };
+        let standing = view.score.standing(*j);
         // what is not in the set has no evidence given a remainder
-        set.iter().position(represents).and_then(|place| each.get(place)).map_or(0.0, |t| t.abs())
+        set.iter().zip(&each).find(|(first, _)| Some(**first) == standing).map_or(0.0, |(_, t)| t.abs())
     };
     let t = named.iter().map(t_of).collect();
     let View { candidates, mut weighted, design, without_column, .. } = view;
@@ -826,7 +817,7 @@ fn outcome(
         let anew = own_noise::weigh(search.question.campaign, &design, finished.as_ref(), &columns, search.priors)?;
         let square = |at: &Weighted| at.weight.iter().map(|w| w * w).sum::<f64>();
         let ratio = square(&anew) / square(&weighted);
-        deviations.iter_mut().for_each(|deviation| deviation.variance *= ratio);
+        deviations.each.iter_mut().for_each(|deviation| deviation.variance *= ratio);
         weighted = anew;
     }
     let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
@@ -849,7 +840,7 @@ fn outcome(
         further,
         unaccounted,
         outside,
-        deviations: Deviations { each: deviations, kernels },
+        deviations,
     };
     Ok((seen, repair))
 }

@@ -9,7 +9,8 @@
 
 use crate::campaign::{Campaign, Observation, Per, Reading, Readings};
 use crate::number::median;
-use std::collections::{HashMap, HashSet};
+use crate::plan::grouped;
+use std::collections::HashSet;
 
 /// Campaigns with more readings than this are averaged,
 pub(super) const LONG: usize = 8000;
@@ -50,16 +51,7 @@ pub(super) fn averaged(campaign: &Campaign) -> Option<Averaged> {
     }
     let states = keys.iter().collect::<HashSet<_>>().len();
     let window = (rows.len() * states).div_ceil(KEPT).max(1);
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    let mut seen: HashMap<(&Key<'_>, usize), usize> = HashMap::new();
-    for (k, key) in keys.iter().enumerate() {
-        let next = groups.len();
-        let place = *seen.entry((key, k / window)).or_insert(next);
-        if place == next {
-            groups.push(Vec::new());
-        }
-        groups.get_mut(place)?.push(k);
-    }
+    let groups: Vec<Vec<usize>> = grouped(keys.iter().enumerate().map(|(k, key)| (k, (key, k / window))));
     let apart = apart(campaign, &groups);
     let mut merged: Vec<(usize, Reading)> = Vec::new();
     for group in &groups {

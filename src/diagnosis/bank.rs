@@ -10,11 +10,11 @@ use super::factor::{Factor, MANY};
 use super::noise::{Weighted, positions};
 use super::score::Kernel;
 use crate::campaign::{Campaign, JointState};
-use crate::design::DesignMatrix;
+use crate::design::{DesignMatrix, RowOrigin};
+use crate::elements::numbered;
 use crate::plan::Independent;
 use faer::Mat;
 use std::cell::LazyCell;
-use std::collections::HashMap;
 
 /// Most periods that are tried, those of one sensor alone included: they bound the work.
 const PERIODS: usize = 60;
@@ -23,21 +23,6 @@ const PERIODS: usize = 60;
 const HARMONICS: usize = 3;
 /// Waves whose share of the largest is smaller than this are left out: the score drops directions below 1e-7 of the largest eigenvalue, and the square of this is a thousandth of that.
 const FADED: f64 = 1e-5;
-
-struct Row {
-    sensor: usize,
-    reading: usize,
-}
-
-fn group<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>) -> (Vec<usize>, usize) {
-    let mut seen: HashMap<K, usize> = HashMap::new();
-    let mut out = vec![];
-    for key in keys {
-        let next = seen.len();
-        out.push(*seen.entry(key).or_insert(next));
-    }
-    (out, seen.len())
-}
 
 /// The rows of a bank: their weights, a column of them as independent values of unit variance, and whether the noise is stated.
 pub(super) struct Rows<'a> {
@@ -75,7 +60,7 @@ pub(super) fn bank_of<'a>(
 ) -> Vec<Kernel> {
     let at = at.into();
     let n = at.weight.len();
-    let rows: Vec<Row> = design.rows.iter().map(|o| Row { sensor: o.sensor, reading: o.reading }).collect();
+    let rows = &design.rows;
     let m = rows.len();
     let sensors = rows.iter().map(|r| r.sensor).max().map_or(1, |s| s + 1);
     // rms of noise by sensor: a deviation is alike in all readings of a sensor
@@ -85,7 +70,7 @@ pub(super) fn bank_of<'a>(
         scale[r.sensor].1 += 1.0;
     }
     let unit: Vec<f64> = rows.iter().map(|r| 1.0 / (scale[r.sensor].0 / scale[r.sensor].1 as f64).sqrt()).collect();
-    let states = |r: &Row| campaign.readings.rows.get(r.reading).map(|x| x.joints.clone()).unwrap_or_default();
+    let states = |r: &RowOrigin| campaign.readings.rows.get(r.reading).map(|x| x.joints.clone()).unwrap_or_default();
     let mut kernels: Vec<Kernel> = vec![];
     let of_sensor = |s: usize| rows.iter().filter(|r| r.sensor == s).count();
     let read: Vec<usize> = (0..sensors).filter(|s| of_sensor(*s) > 0).collect();
@@ -148,6 +133,11 @@ pub(super) fn bank_of<'a>(
         let factor = Factor::Apart(columns);
         if at.apart && g.1 > MANY { factor } else { Factor::Dense(factor.dense(m)) }
     };
+    // so many columns of each sensor, from the row and the number of the column
+    let of_each = |count: usize, value: &dyn Fn(usize, usize) -> f64| {
+        let at = |i: usize, j: usize| if j / count == rows[i].sensor { value(i, j % count) } else { 0.0 };
+        Factor::Dense(Mat::from_fn(m, sensors * count, at))
+    };
     let one = |_: usize| 1.0;
     let named = |what: &str, by_rate: bool| {
         (Some(if by_rate { format!("{what}, in proportion to the rate") } else { what.to_string() }), false, 1)
@@ -157,14 +147,14 @@ pub(super) fn bank_of<'a>(
     let fastest = rate.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     let times_rate = |i: usize| if fastest > 0.0 { rate[i] / fastest } else { 0.0 };
     let (always, turns) = (|_: usize| true, |i: usize| rate[i] != 0.0);
-    let rates = group(rate.iter().map(|r| r.to_bits())).1;
-    let setting = group(rows.iter().map(|r| (r.sensor, states(r).iter().map(JointState::bits).collect::<Vec<_>>())));
+    let rates = numbered(rate.iter().map(|r| r.to_bits())).1;
+    let setting = numbered(rows.iter().map(|r| (r.sensor, states(r).iter().map(JointState::bits).collect::<Vec<_>>())));
     let still = |s: &JointState| {
         if s.rate_deg_s() == 0.0 { s.bits() } else { [0; 3] }
     };
-    let place = group(rows.iter().map(|r| (r.sensor, states(r).iter().map(still).collect::<Vec<_>>())));
+    let place = numbered(rows.iter().map(|r| (r.sensor, states(r).iter().map(still).collect::<Vec<_>>())));
     let labels = positions(campaign, design, n);
-    let label = group(rows.iter().enumerate().map(|(i, r)| (r.sensor, labels[i])));
+    let label = numbered(rows.iter().enumerate().map(|(i, r)| (r.sensor, labels[i])));
     if setting.1 < m {
         add(named("the setting", false), &always, &|| indicator(&setting, &one));
     }
@@ -178,21 +168,16 @@ pub(super) fn bank_of<'a>(
         if place.1 > 1 {
             add(named("the angles", true), &turns, &|| indicator(&place, &times_rate));
         }
-        let by_rate = group(rows.iter().enumerate().map(|(i, r)| (r.sensor, rate[i].to_bits())));
+        let by_rate = numbered(rows.iter().enumerate().map(|(i, r)| (r.sensor, rate[i].to_bits())));
         if by_rate.1 > 2 && by_rate.0 != setting.0 {
             add(named("the rate", false), &always, &|| indicator(&by_rate, &one));
         }
     }
     for (k, joint) in campaign.bench.joints().enumerate() {
-        let angle: Vec<Option<f64>> = rows
-            .iter()
-            .map(|r| match states(r).get(k) {
-                Some(JointState::Held { angle_deg }) => Some(angle_deg.to_radians()),
-                _ => None,
-            })
-            .collect();
+        let held = |r: &RowOrigin| states(r).get(k).and_then(JointState::held_deg);
+        let angle: Vec<Option<f64>> = rows.iter().map(|r| held(r).map(f64::to_radians)).collect();
         let (_, distinct) =
-            group(angle.iter().flatten().map(|a| (a.rem_euclid(std::f64::consts::TAU) * 1e9).round() as i64));
+            numbered(angle.iter().flatten().map(|a| (a.rem_euclid(std::f64::consts::TAU) * 1e9).round() as i64));
         if distinct < 3 {
             continue;
         }
@@ -221,19 +206,15 @@ pub(super) fn bank_of<'a>(
                 // a mean is in the model, its product with the rate only where the scale factor is estimated
                 shares.extend(by_rate.then_some(1.0));
                 let waves = shares.len();
-                let make = || {
-                    Mat::from_fn(m, sensors * waves, |i, j| {
-                        let (s, h) = (j / waves, j % waves);
-                        if angle[i].is_none() || s != rows[i].sensor {
-                            return 0.0;
-                        }
-                        let v = if h < kept { shares[h] * harmonics[(i, h)] } else { 1.0 };
-                        if by_rate { v * times_rate(i) } else { v }
-                    })
-                    .into()
+                let value = |i: usize, h: usize| {
+                    if angle[i].is_none() {
+                        return 0.0;
+                    }
+                    let v = if h < kept { shares[h] * harmonics[(i, h)] } else { 1.0 };
+                    if by_rate { v * times_rate(i) } else { v }
                 };
                 let deviates = |i: usize| angle[i].is_some() && (!by_rate || turns(i));
-                add(named(joint, by_rate), &deviates, &make);
+                add(named(joint, by_rate), &deviates, &|| of_each(waves, &value));
             }
         }
     }
@@ -261,39 +242,25 @@ pub(super) fn bank_of<'a>(
             let top = shares.first().copied().unwrap_or_default();
             shares.retain(|share| *share > FADED * top);
             let waves = shares.len();
-            let make = || {
-                Mat::from_fn(m, sensors * waves, |i, j| {
-                    let (s, h) = (j / waves, j % waves);
-                    if s != rows[i].sensor {
-                        return 0.0;
-                    }
-                    let course = shares[h] * courses[(i, h + first)];
-                    if by_rate { course * times_rate(i) } else { course }
-                })
-                .into()
+            let value = |i: usize, h: usize| {
+                let course = shares[h] * courses[(i, h + first)];
+                if by_rate { course * times_rate(i) } else { course }
             };
-            add(named(what, by_rate), if by_rate { &turns } else { &always }, &make);
+            add(named(what, by_rate), if by_rate { &turns } else { &always }, &|| of_each(waves, &value));
         }
         // what repeats in time: periods of six readings and more, with three harmonics; half a wave more in the record each
-        let of_each = m / sensors.max(1);
-        let periods: Vec<f64> = (4..=of_each / 3).map(|halves| 2.0 * (b - a) / halves as f64).collect();
+        let readings = m / sensors.max(1);
+        let periods: Vec<f64> = (4..=readings / 3).map(|halves| 2.0 * (b - a) / halves as f64).collect();
         let apart = periods.len().div_ceil(PERIODS / felt_by.len().max(1)).max(1);
         let (follows, ..) = named(what, false);
         let tried: Vec<f64> = periods.into_iter().step_by(apart).collect();
         for period in &tried {
-            let make = || {
-                Mat::from_fn(m, sensors * 2 * HARMONICS, |i, j| {
-                    let (s, h) = (j / (2 * HARMONICS), j % (2 * HARMONICS));
-                    if s != rows[i].sensor {
-                        return 0.0;
-                    }
-                    let order = (h / 2 + 1) as f64;
-                    let phase = std::f64::consts::TAU * order * (time[i] - a) / period;
-                    (if h % 2 == 0 { phase.cos() } else { phase.sin() }) / order
-                })
-                .into()
+            let value = |i: usize, h: usize| {
+                let order = (h / 2 + 1) as f64;
+                let phase = std::f64::consts::TAU * order * (time[i] - a) / period;
+                (if h % 2 == 0 { phase.cos() } else { phase.sin() }) / order
             };
-            add((follows.clone(), false, tried.len()), &always, &make);
+            add((follows.clone(), false, tried.len()), &always, &|| of_each(2 * HARMONICS, &value));
         }
     }
     // a dense factor: 400 rows bound the work

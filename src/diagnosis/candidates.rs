@@ -1,14 +1,14 @@
 //! Candidates: every member of the catalogue as a column of the system, at the point of linearisation; and how large each is here against
 //! what its inputs could make of it: what is left of small tilts alone is small, and rounding is none.
 
-use super::catalogue::{Effect, Filling, breaks, clock, column_values, fill};
+use super::catalogue::{Effect, Filling, breaks, clock, fill, has, order};
+use super::common::Settings;
 use super::screen::{Chosen, Scanned};
-use super::settings::Settings;
 use crate::algebra::{Scratch, Tape};
 use crate::campaign::{Campaign, Kind, Role};
 use crate::design::{DesignMatrix, Model};
 use crate::error::{Fault, Malformed, Result};
-use crate::simulate::{Regressor, Table, indicator};
+use crate::simulate::{Regressor, Table, indicator, largest_inputs};
 
 /// One effect that might be missing.
 #[derive(Debug, Clone)]
@@ -254,7 +254,7 @@ impl Maker<'_> {
             Regressor::Exchange(a, b) => self.value(a, sensor).zip(self.value(b, sensor)).map(|(a, b)| a - b),
             _ => None,
         };
-        let existing = existing_coefficient(campaign, sensor, &kind);
+        let existing = coefficient(campaign, sensor, &kind, |role| *role == Role::AssumedZero);
         let own_name = |k: usize| campaign.parameters.get(k).map_or(String::new(), |p| p.id.clone());
         let coefficient = match (&kind, existing) {
             (Regressor::Tilt(k) | Regressor::Known(k), _) => own_name(*k),
@@ -268,7 +268,7 @@ impl Maker<'_> {
             sensor: owner,
             family: effect.term.clone(),
             // a term without {k} is no harmonic
-            harmonic: filling.iter().find(|(key, _)| *key == "{k}").and_then(|(_, k)| k.parse().ok()).unwrap_or(0),
+            harmonic: order(filling).unwrap_or(0),
             rank: effect.rank,
             one_of,
             fixed,
@@ -310,14 +310,7 @@ impl Maker<'_> {
         if crate::bench::identifier(&name).is_err() {
             name = format!("c_{name}");
         }
-        let taken = |name: &str| {
-            let bench = &self.campaign.bench;
-            self.named.contains(name)
-                || self.campaign.parameter_index(name).is_some()
-                || self.campaign.readings.columns.iter().any(|column| column == name)
-                || bench.chain.iter().any(|link| link.name() == name)
-                || bench.sensors.iter().any(|sensor| sensor.id == name)
-        };
+        let taken = |name: &str| self.named.contains(name) || has(self.campaign, name);
         if taken(&name)
             && let [_, _, ..] = self.campaign.bench.sensors.as_slice()
             && let Some(felt_by) = self.campaign.bench.sensors.get(sensor)
@@ -339,11 +332,6 @@ fn positions(campaign: &Campaign) -> Vec<String> {
     let labels: Vec<String> =
         labels.filter(|label| !label.is_empty() && seen.insert(*label)).map(str::to_string).collect();
     if labels.len() < 2 { Vec::new() } else { labels }
-}
-
-/// The coefficient, assumed zero, whose term the model line has already.
-fn existing_coefficient(campaign: &Campaign, sensor: usize, kind: &Regressor) -> Option<usize> {
-    coefficient(campaign, sensor, kind, |role| *role == Role::AssumedZero)
 }
 
 /// The coefficient in such a role whose term the model line has already.
@@ -388,30 +376,17 @@ fn sizes(campaign: &Campaign, design: &DesignMatrix, candidates: &mut [Candidate
     let tilts = campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Tilt).map(|(k, _)| k);
     let columns = tilts.filter(|k| *k < design.jacobian.ncols()).map(|k| largest(design.jacobian.col_as_slice(k)));
     let of_tilts = columns.fold(0.0, f64::max);
-    let per_deg_s = campaign.bench.units.rate.per_deg_s();
-    let joints = || campaign.readings.rows.iter().flat_map(|row| row.joints.iter());
-    let rate = joints().map(|s| s.rate_deg_s().abs() * per_deg_s).fold(campaign.bench.earth_rate().norm(), f64::max);
+    let joints = campaign.readings.rows.iter().flat_map(|row| row.joints.iter());
     let angle =
-        joints().filter_map(|s| s.keys().0).map(|deg| deg.abs().to_radians()).fold(std::f64::consts::TAU, f64::max);
-    let force = campaign.bench.specific_force().norm();
+        joints.filter_map(|s| s.keys().0).map(|deg| deg.abs().to_radians()).fold(std::f64::consts::TAU, f64::max);
     let mut scratch = Scratch::default();
     let mut bounds = Vec::with_capacity(candidates.len());
-    let mut known: std::collections::HashMap<String, f64> = std::collections::HashMap::new();
-    let mut natural_of = |name: &str| {
-        if crate::campaign::is_axis_input(&campaign.bench, name) {
-            return if name.starts_with("w_") { rate } else { force };
-        }
-        if campaign.bench.joints().any(|joint| joint == name) {
-            return 0.7; // radians: no low harmonic is small there
-        }
-        let values = || column_values(campaign, name).iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-        *known.entry(name.to_string()).or_insert_with(values)
-    };
+    let natural_of = largest_inputs(campaign);
     for candidate in candidates {
         let here = largest(&candidate.column);
         let natural = match &candidate.kind {
             Regressor::Tilt(_) => of_tilts,
-            Regressor::Known(k) => of_known(campaign, design, *k, of_tilts, &mut natural_of),
+            Regressor::Known(k) => of_known(campaign, design, *k, of_tilts, &natural_of),
             Regressor::Term(line) => {
                 let names = line.names();
                 let inputs: Vec<f64> = names.iter().map(|name| natural_of(name)).collect();
@@ -443,7 +418,7 @@ fn of_known(
     design: &DesignMatrix,
     parameter: usize,
     of_tilts: f64,
-    natural_of: &mut dyn FnMut(&str) -> f64,
+    natural_of: &dyn Fn(&str) -> f64,
 ) -> f64 {
     let Some(known) = campaign.parameters.get(parameter) else { return 0.0 };
     if known.kind == Kind::Tilt {

@@ -2,7 +2,7 @@
 
 use crate::algebra::Expression;
 use crate::bench::Sensor;
-use crate::campaign::{Campaign, JointState, Kind, Role};
+use crate::campaign::{Campaign, Kind, Role};
 use crate::error::Result;
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
@@ -160,14 +160,10 @@ impl Effect {
         each("{known}", parameters(campaign, |role, kind| matches!(role, Role::Known(_)) && kind != Kind::Input));
         each("{tau}", time_constants(campaign));
         let place = |filling: &Filling, key: &str| {
-            let text = filling.iter().find(|(placeholder, _)| *placeholder == key).map(|(_, text)| text.as_str());
-            text.and_then(|text| axes.iter().position(|axis| axis == text))
-        };
-        let order = |filling: &Filling| {
-            filling.iter().find(|(placeholder, _)| *placeholder == "{k}").and_then(|(_, k)| k.parse::<usize>().ok())
+            stands_for(filling, key).and_then(|text| axes.iter().position(|axis| axis == text))
         };
         fillings.retain(|filling| {
-            let joint = filling.iter().find(|(placeholder, _)| *placeholder == "{joint}").map(|(_, joint)| joint);
+            let joint = stands_for(filling, "{joint}");
             let highest = joint.and_then(|joint| most.iter().find(|(name, _)| name == joint)).map(|(_, n)| *n);
             order(filling).zip(highest).is_none_or(|(k, highest)| k <= highest)
         });
@@ -180,6 +176,16 @@ impl Effect {
     }
 }
 
+/// What a placeholder stands for.
+fn stands_for<'a>(filling: &'a Filling, key: &str) -> Option<&'a str> {
+    filling.iter().find(|(placeholder, _)| *placeholder == key).map(|(_, text)| text.as_str())
+}
+
+/// The order of a harmonic.
+pub(super) fn order(filling: &Filling) -> Option<usize> {
+    stands_for(filling, "{k}").and_then(|k| k.parse().ok())
+}
+
 /// The column that counts the readings, from 1, while a campaign without times is diagnosed.
 pub(super) const ORDER: &str = "order";
 
@@ -188,14 +194,18 @@ pub(super) fn clock(campaign: &Campaign) -> &'static str {
     if campaign.readings.columns.iter().any(|column| column == "time_s") { "time_s" } else { ORDER }
 }
 
+/// Does anything of a campaign have this name?
+pub(super) fn has(campaign: &Campaign, name: &str) -> bool {
+    let bench = &campaign.bench;
+    campaign.parameter_index(name).is_some()
+        || campaign.readings.columns.iter().any(|column| column == name)
+        || bench.chain.iter().any(|link| link.name() == name)
+        || bench.sensors.iter().any(|sensor| sensor.id == name)
+}
+
 /// The campaign with the number of each reading where it has no time, so that what drifts can be named; as it is where something else has that name.
 pub(super) fn with_order(campaign: &Campaign) -> Cow<'_, Campaign> {
-    let bench = &campaign.bench;
-    let is_taken = campaign.readings.columns.iter().any(|column| column == ORDER || column == "time_s")
-        || campaign.parameter_index(ORDER).is_some()
-        || bench.chain.iter().any(|link| link.name() == ORDER)
-        || bench.sensors.iter().any(|sensor| sensor.id == ORDER);
-    if is_taken {
+    if clock(campaign) != ORDER || has(campaign, ORDER) {
         return Cow::Borrowed(campaign);
     }
     let mut readings = campaign.readings.clone();
@@ -241,15 +251,8 @@ pub(super) fn fill(text: &str, filling: &Filling) -> String {
 
 /// The highest harmonic of a joint that its angles can tell: half of their number.
 pub(super) fn carried(campaign: &Campaign, place: usize) -> usize {
-    let angles: std::collections::HashSet<u64> = campaign
-        .readings
-        .rows
-        .iter()
-        .filter_map(|row| match row.joints.get(place) {
-            Some(JointState::Held { angle_deg }) => Some((angle_deg.rem_euclid(360.0) + 0.0).to_bits()),
-            _ => None,
-        })
-        .collect();
+    let held = campaign.readings.rows.iter().filter_map(|row| row.joints.get(place)?.held_deg());
+    let angles: std::collections::HashSet<u64> = held.map(|deg| (deg.rem_euclid(360.0) + 0.0).to_bits()).collect();
     (angles.len() / 2).clamp(HARMONICS.0, HARMONICS.1)
 }
 

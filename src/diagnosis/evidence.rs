@@ -16,7 +16,7 @@ use super::common::NoiseFrom;
 use super::noise::{Weighted, scaled_columns};
 use super::pool::Pool;
 use crate::elements::Elements;
-use crate::linear::{dot, norm};
+use crate::linear::{dot, norm, normalise, project};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival, normal_survival, student_t_two_sided};
 use faer::Mat;
 use std::cell::OnceCell;
@@ -34,9 +34,8 @@ pub(super) struct Evidence {
     pub rss: f64,
     pub dof: usize,
     pub from: NoiseFrom,
-    /// Tests that each candidate's probability accounts for: a family that stands for readings, positions or times counts as one effect, which
-    /// its members share.
-    pub multiplicity: Vec<f64>,
+    /// Tests that each candidate's probability accounts for: those with columns.
+    multiplicity: f64,
     basis: Mat<f64>,
     residual: Vec<f64>,
     pure: Option<Pure>,
@@ -49,15 +48,6 @@ struct Pure {
     columns: Mat<f64>,
     residual: Vec<f64>,
     dof: usize,
-}
-
-/// The strongest evidence that something else is missing.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Strongest {
-    pub index: usize,
-    pub t: f64,
-    /// Family-wise.
-    pub p: f64,
 }
 
 impl Evidence {
@@ -88,7 +78,7 @@ impl Evidence {
         Evidence {
             strata,
             tests,
-            multiplicity: vec![tests as f64; pool.len()],
+            multiplicity: tests as f64,
             basis: weighted.estimate.factor.thin_q().to_owned(),
             residual: weighted.residual.clone(),
             cosines: vec![OnceCell::new(); pool.len()],
@@ -105,7 +95,7 @@ impl Evidence {
         // dependent columns: the set tells nothing more
         let steps = self.given(set).map(|given| given.steps).unwrap_or_default();
         if let Some(strata) = &mut self.strata {
-            strata.found_with(steps);
+            strata.reference = steps;
         }
     }
 
@@ -168,69 +158,41 @@ impl Evidence {
         }
     }
 
-    /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak, with the candidate's share of the tests).
-    pub fn family_wise(&self, t: f64, dof: f64, index: usize) -> f64 {
-        let alone = self.alone(t, dof);
-        // without a count: as one of all candidates
-        let tests = self.multiplicity.get(index).copied().unwrap_or(self.tests as f64).max(1.0);
-        -f64::exp_m1(tests * f64::ln_1p(-alone))
+    /// The probability of a `t` as large by chance, anywhere among all that was tried (Sidak).
+    pub fn family_wise(&self, t: f64, dof: f64) -> f64 {
+        of_all(by_chance(t, dof), self.multiplicity)
     }
 
-    /// The probability of a `t` as large by chance, of one candidate alone.
-    pub fn alone(&self, t: f64, dof: f64) -> f64 {
-        let alone = if dof.is_finite() {
-            if dof < 1.0 { Some(1.0) } else { student_t_two_sided(t.abs(), dof) }
-        } else {
-            normal_survival(t.abs()).map(|p| 2.0 * p)
-        };
-        // not testable: not significant
-        alone.unwrap_or(1.0).clamp(0.0, 1.0)
-    }
-
-    /// Of some candidates the one with the strongest evidence given the set: `t^2`, less what its family's tests cost.
-    pub fn strongest_of(&self, given: &Given, wanted: impl Fn(usize) -> bool) -> Option<Strongest> {
+    /// Of some candidates the one with the strongest evidence given the set: `t^2`, less what the tests cost. Its index, t and family-wise p.
+    pub fn strongest_of(&self, given: &Given, wanted: impl Fn(usize) -> bool) -> Option<(usize, f64, f64)> {
         let mut best: Option<(usize, f64, f64, f64)> = None;
         for index in 0..self.pool.len() {
             if given.left.get(index).is_some_and(|n| *n > DISTINCT) && wanted(index) {
                 let (t, dof) = self.t(given, index);
-                let order = t * t - 2.0 * self.multiplicity.at(index).max(1.0).ln();
+                let order = t * t - 2.0 * self.multiplicity.ln();
                 if best.is_none_or(|(.., before)| order > before) {
                     best = Some((index, t, dof, order));
                 }
             }
         }
-        best.map(|(index, t, dof, _)| Strongest { index, t, p: self.family_wise(t, dof, index) })
+        best.map(|(index, t, dof, _)| (index, t, self.family_wise(t, dof)))
     }
 
-    /// Orthonormal directions of a set outside the model, and the residuals outside both; `None` where they are not independent.
-    pub fn directions(&self, set: &[usize]) -> Option<(Vec<Vec<f64>>, Vec<f64>)> {
+    /// The residuals outside the model and a set; `None` where they are not independent.
+    pub fn residual_outside(&self, set: &[usize]) -> Option<Vec<f64>> {
         let mut directions: Vec<Vec<f64>> = Vec::with_capacity(set.len());
         let mut residual = self.residual.clone();
         for member in set {
-            let (direction, _) = self.further(&directions, *member)?;
-            let along = dot(&direction, &residual);
-            residual.iter_mut().zip(&direction).for_each(|(r, d)| *r -= along * d);
+            let mut direction = self.pool.direction(*member, self.basis.as_ref());
+            (0..2).for_each(|_| project(&mut direction, &directions));
+            let size = normalise(&mut direction);
+            if !(size * size > DISTINCT) {
+                return None;
+            }
+            project(&mut residual, std::slice::from_ref(&direction));
             directions.push(direction);
         }
-        Some((directions, residual))
-    }
-
-    /// The direction of a candidate outside the model and others, and its score if `residual` of [`Evidence::directions`] is dotted with it.
-    fn further(&self, directions: &[Vec<f64>], index: usize) -> Option<(Vec<f64>, f64)> {
-        let mut direction = self.pool.direction(index, self.basis.as_ref());
-        for _ in 0..2 {
-            for other in directions {
-                let along = dot(other, &direction);
-                direction.iter_mut().zip(other).for_each(|(v, o)| *v -= along * o);
-            }
-        }
-        let size = norm(&direction);
-        if !(size * size > DISTINCT) {
-            return None;
-        }
-        direction.iter_mut().for_each(|v| *v /= size);
-        let score = dot(&direction, &self.residual);
-        Some((direction, score))
+        Some(residual)
     }
 
     /// Probability of residuals as large as these if the model with the set were complete; `None` where only they tell the noise. Replicates have the
@@ -245,6 +207,22 @@ impl Evidence {
             _ => None,
         }
     }
+}
+
+/// The probability of a `t` as large by chance in one test; the noise is known where the degrees of freedom are infinite.
+pub(super) fn by_chance(t: f64, dof: f64) -> f64 {
+    let alone = if dof.is_finite() {
+        if dof < 1.0 { Some(1.0) } else { student_t_two_sided(t.abs(), dof) }
+    } else {
+        normal_survival(t.abs()).map(|p| 2.0 * p)
+    };
+    // not testable: not significant
+    alone.unwrap_or(1.0).clamp(0.0, 1.0)
+}
+
+/// The same of so many tests, any of which may show it (Sidak).
+pub(super) fn of_all(alone: f64, tests: f64) -> f64 {
+    -f64::exp_m1(tests * f64::ln_1p(-alone))
 }
 
 /// `score / sqrt(sum / dof)`; no degrees of freedom, no evidence.
@@ -263,17 +241,11 @@ impl Pure {
         let mut basis: Vec<Vec<f64>> = Vec::new();
         for &member in set.iter().filter(|j| **j < self.columns.ncols()) {
             let mut direction = self.columns.col_as_slice(member).to_vec();
-            for before in &basis {
-                let along = dot(before, &direction);
-                direction.iter_mut().zip(before).for_each(|(d, b)| *d -= along * b);
-            }
-            let size = norm(&direction);
-            if size < 1e-6 {
+            project(&mut direction, &basis);
+            if normalise(&mut direction) < 1e-6 {
                 continue;
             }
-            direction.iter_mut().for_each(|d| *d /= size);
-            let along = dot(&direction, &residual);
-            residual.iter_mut().zip(&direction).for_each(|(r, d)| *r -= along * d);
+            project(&mut residual, std::slice::from_ref(&direction));
             basis.push(direction);
         }
         let score = (0..k.min(self.columns.ncols())).map(|j| dot(self.columns.col_as_slice(j), &residual)).collect();
@@ -327,10 +299,6 @@ impl Strata {
         })
     }
 
-    fn found_with(&mut self, steps: Vec<(usize, f64)>) {
-        self.reference = steps;
-    }
-
     /// `g_a' S g_b`.
     fn product(&self, a: usize, b: usize) -> f64 {
         let (Some(shares), Some(other)) = (self.shares.get(a), self.shares.get(b)) else { return 0.0 };
@@ -343,11 +311,12 @@ impl Strata {
         sum
     }
 
-    /// Sum of squares and degrees of freedom of what scatters in a candidate's direction, given some effects; `None` where it is all stated.
-    fn left(&self, given: &Given, index: usize) -> Option<(f64, f64)> {
+    /// Student's t and its degrees of freedom, from the sum of squares and degrees of freedom of what scatters in a candidate's direction, given some
+    /// effects; where that is all stated these are infinite.
+    fn t(&self, given: &Given, index: usize, score: f64) -> (f64, f64) {
         let square = self.product(index, index);
         if !(square > 1e-9) {
-            return None;
+            return (score, f64::INFINITY);
         }
         let nu = 2.0 / square;
         let overlap = |j: usize| (nu * 0.5 * self.product(j, index)).clamp(0.0, 1.0);
@@ -357,13 +326,7 @@ impl Strata {
             sum += part * step.1;
             dof += part;
         }
-        Some((sum.max(self.noise.at(index) * dof), dof))
-    }
-
-    /// Student's t and its degrees of freedom.
-    fn t(&self, given: &Given, index: usize, score: f64) -> (f64, f64) {
-        let Some((sum, dof)) = self.left(given, index) else { return (score, f64::INFINITY) };
-        let dof = dof - 1.0;
+        let (sum, dof) = (sum.max(self.noise.at(index) * dof), dof - 1.0);
         if dof < 1.0 {
             return (0.0, 0.0);
         }

@@ -1,20 +1,21 @@
-//! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter.
+//! From a search to a diagnosis: findings with aliases, the gap before and after, what the repair does to each parameter; the gap step by step: as given, after
+//! the first effect, after the second, with the model line growing.
 
 use super::ambiguity::{Rival, Shifts};
 use super::augmented::{Seen, State};
-use super::coefficient::{beyond_noise, coefficient};
-use super::common::NoiseFrom;
+use super::common::{NoiseFrom, Settings};
 use super::evidence::Evidence;
 use super::noise::Weighted;
+use super::repair::{beyond_noise, coefficient, repaired};
 use super::separate::Separation;
-use super::settings::Settings;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Suspect, Unexplained, Verdict};
-use super::{holdout, places, separate, steps};
+use super::{fit_exactly, holdout, places, separate};
 use crate::campaign::{Campaign, Constraint, Kind, Role};
-use crate::elements::Elements;
+use crate::elements::{Elements, Parts};
 use crate::error::Result;
 use crate::fit::{self, Fit};
 use crate::simulate::Regressor;
+use std::collections::BTreeMap;
 
 /// Another effect that explains the same.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -130,15 +131,21 @@ pub(super) fn conclude(
 ) -> Result<Diagnosis> {
     let Seen { candidates, evidence, weighted, design, suspected, deviations, .. } = &seen;
     let named: Vec<usize> = seen.named.iter().map(|(j, _)| *j).collect();
-    let ordered = if repaired.is_some() { steps::order(evidence, &named) } else { Vec::new() };
+    let ordered = if repaired.is_some() { order(evidence, &named) } else { Vec::new() };
     let set: &[usize] = &ordered;
     // standard uncertainty of each row by the noise floor
     let scale: Vec<f64> = weighted.weight.iter().map(|w| 1.0 / w).collect();
-    let gap_before = gap(&before, weighted, evidence, (&[], set));
-    let gap_after = match &repaired {
-        Some((_, after)) => gap(after, weighted, evidence, (set, set)),
-        None => gap_before.clone(),
+    let gap = |fit: &Fit, with: &[usize]| {
+        // residuals of rows that are weighed without it are not the least beside an uncertain input
+        let beside = fit.global_test.filter(|_| fit::known_inputs(&fit.campaign, &fit.design).is_some());
+        let p = global_p(evidence, with, set);
+        Gap {
+            chi_square: beside.map_or_else(|| weighted.squares(&fit.estimate.residuals), |test| test.chi_square),
+            ..gap(fit, weighted, p)
+        }
     };
+    let gap_before = gap(&before, &[]);
+    let gap_after = repaired.as_ref().map_or_else(|| gap_before.clone(), |(_, after)| gap(after, set));
     let verdict = match seen.state {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
         State::Nothing => Verdict::NothingMissing,
@@ -154,9 +161,9 @@ pub(super) fn conclude(
         State::Suspected | State::Outside => Verdict::Unexplained,
     };
     let is_left = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
-    let left = evidence.directions(set).filter(|_| is_left);
+    let left = evidence.residual_outside(set).filter(|_| is_left);
     let sd = noise_sd(weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
-    let unexplained = left.map(|(_, residual)| {
+    let unexplained = left.map(|residual| {
         let nearest = || suspected.iter().map(|(j, _)| *j);
         let with: Vec<usize> = set.iter().copied().chain(nearest()).collect();
         let rss = evidence.rss_of(set);
@@ -208,7 +215,7 @@ pub(super) fn conclude(
         change.remainder_u = index.and_then(|j| beyond_noise(finished, weighted, deviations, j)).unwrap_or(0.0);
     }
     let after = repaired.as_ref().map(|(_, fit)| fit);
-    let steps = steps::steps(campaign, (&before, after), &seen, set, settings)?;
+    let steps = steps(campaign, (&before, after), &seen, set, settings)?;
     let holdout = holdout::holdout(campaign, &before, after, (&scale, weighted));
     let would_help =
         if verdict == Verdict::NotDiagnosable { separate::redundancy(campaign, &before) } else { Vec::new() };
@@ -259,17 +266,20 @@ fn noise_sd(weighted: &Weighted, finished: &Fit) -> Option<f64> {
     (!rows.is_empty()).then(|| (square / rows.len() as f64).sqrt())
 }
 
-fn gap(fit: &Fit, weighted: &Weighted, evidence: &Evidence, (set, found): (&[usize], &[usize])) -> Gap {
+/// The gap of a fit, with its probability by chance.
+fn gap(fit: &Fit, weighted: &Weighted, p: Option<f64>) -> Gap {
     let readings = fit.design.rows.len();
     let residuals: Vec<f64> = fit.estimate.residuals.iter().take(readings).copied().collect();
     let dof = fit.estimate.dof;
     let square: f64 = residuals.iter().map(|v| v * v).sum();
     let max = residuals.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
-    // residuals of rows that are weighed without it are not the least beside an uncertain input
-    let beside = fit.global_test.filter(|_| fit::known_inputs(&fit.campaign, &fit.design).is_some());
-    let chi_square = beside.map_or_else(|| weighted.squares(&fit.estimate.residuals), |test| test.chi_square);
-    let p = evidence.given(set).zip(evidence.given(found)).and_then(|(given, found)| evidence.global(&given, &found));
+    let chi_square = weighted.squares(&fit.estimate.residuals);
     Gap { rms: (dof > 0).then(|| (square / dof as f64).sqrt()), max, chi_square, dof, p, residuals }
+}
+
+/// Probability by chance of what a set leaves, by the noise that there is with all that was found.
+fn global_p(evidence: &Evidence, set: &[usize], found: &[usize]) -> Option<f64> {
+    evidence.given(set).zip(evidence.given(found)).and_then(|(given, found)| evidence.global(&given, &found))
 }
 
 /// What the findings are made from.
@@ -333,7 +343,7 @@ impl Effects<'_> {
             u,
             unit,
             t,
-            p: evidence.family_wise(t, dof, *member),
+            p: evidence.family_wise(t, dof),
             explains: if evidence.rss > 0.0 { (without.rss - rss) / evidence.rss } else { 0.0 },
             probability,
             aliases: aliases.into_iter().map(|(_, _, _, alias)| alias).collect(),
@@ -370,7 +380,7 @@ pub(super) fn changes(before: &Fit, after: &Fit, moved: &[(f64, f64)]) -> Vec<Ch
 /// By how much a prior or an equation misses, with its standard uncertainty: in the parameter's unit (radians for tilts).
 pub(super) fn missed(campaign: &Campaign, after: &Fit, finding: &mut Finding) {
     let at = |j: usize| after.point.at(j);
-    let unit = |j: usize| campaign.parameters.get(j).map_or(String::new(), |p| p.unit.clone());
+    let unit = |j: usize| campaign.parameter_unit(j).to_string();
     let n = after.covariance.nrows();
     let along = |terms: &[(usize, f64)]| {
         let inside = || terms.iter().filter(|(j, _)| *j < n);
@@ -392,5 +402,126 @@ pub(super) fn missed(campaign: &Campaign, after: &Fit, finding: &mut Finding) {
             finding.unit = terms.first().map_or(String::new(), |(j, _)| unit(*j));
         }
         _ => {}
+    }
+}
+
+/// The gap with some effects in the model.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "GapStepReport")]
+#[non_exhaustive]
+pub struct GapStep {
+    /// Effects in the model.
+    pub with: Vec<String>,
+    /// Each sensor's model line.
+    pub model: BTreeMap<String, String>,
+    /// The gap.
+    pub gap: Gap,
+    /// The strongest further candidate.
+    pub strongest: Option<String>,
+    /// Its t.
+    pub t: Option<f64>,
+    /// Its probability by chance among all that was tried.
+    pub p: Option<f64>,
+    /// Probability of what is left by chance.
+    pub global_p: Option<f64>,
+    /// What was decided here, and why.
+    pub decision: String,
+}
+
+/// Why nothing is added after the last effect, from what the posterior says once all that is named is in the model.
+fn last(seen: &Seen, settings: &Settings, name: impl Fn(usize) -> String) -> String {
+    let (further, outside) = (short(seen.further), short(seen.outside));
+    let probable = seen.suspected.iter().reduce(|best, next| if next.1 > best.1 { next } else { best });
+    match (seen.state, probable) {
+        (_, Some((j, p))) if *p >= settings.probability => {
+            format!(
+                "{} is suspected: its value is not significantly different from zero, with the unexplained residuals in its uncertainty",
+                name(*j)
+            )
+        }
+        (_, Some((j, p))) => {
+            // cut, not rounded: 0.9497 is below 0.95
+            let (level, p) = (settings.probability, (1e3 * p).floor() / 1e3);
+            format!("{} is suspected: its probability is {p}; an effect is named from {level}", name(*j))
+        }
+        _ if seen.outside >= settings.suspected => format!(
+            "with probability {outside} the residuals follow a pattern that no candidate has, and no further candidate is probable"
+        ),
+        (State::Outside, _) => format!("an effect is missing with probability {further}, but no candidate is probable"),
+        _ => format!("no further effect is added: the probability that another effect is missing is {further}"),
+    }
+}
+
+/// One step for each effect in this order, and one before them.
+fn steps(
+    campaign: &Campaign,
+    (before, after): (&Fit, Option<&Fit>),
+    seen: &Seen,
+    set: &[usize],
+    settings: &Settings,
+) -> Result<Vec<GapStep>> {
+    let Seen { candidates, evidence, weighted, .. } = seen;
+    // one effect in several sensors is added to one after the other
+    let several = |c: &Candidate| {
+        set.iter().filter_map(|j| candidates.get(*j)).filter(|other| other.regressor == c.regressor).count() > 1
+    };
+    let name = |j: usize| {
+        candidates.get(j).map_or(String::new(), |c| match c.sensor.filter(|_| several(c)) {
+            Some(sensor) => format!("{} of {}", c.regressor, campaign.sensor_id(sensor)),
+            None => c.regressor.clone(),
+        })
+    };
+    let mut steps = Vec::with_capacity(set.len() + 1);
+    for count in 0..=set.len() {
+        let members = set.part(..count);
+        let between;
+        let fit = match (count, after) {
+            (0, _) => before,
+            (_, Some(after)) if count == set.len() => after,
+            _ => {
+                let effects: Vec<&Candidate> = members.iter().filter_map(|j| candidates.get(*j)).collect();
+                between = fit_exactly(&repaired(campaign, &effects)?)?;
+                &between
+            }
+        };
+        let plain = |j: usize| candidates.get(j).is_some_and(|c| !c.vanishing);
+        let strongest = evidence.given(members).and_then(|given| evidence.strongest_of(&given, plain));
+        let (t, p) = strongest.map(|(_, t, p)| (t, p)).unzip();
+        let global_p = global_p(evidence, members, set);
+        let model = fit.campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect();
+        let decision = match set.get(count) {
+            Some(next) => format!("{} is added", name(*next)),
+            None => last(seen, settings, name),
+        };
+        let with = members.iter().map(|j| name(*j)).collect();
+        let strongest = strongest.map(|(j, ..)| name(j));
+        let gap = Gap { residuals: Vec::new(), ..gap(fit, weighted, global_p) };
+        steps.push(GapStep { with, model, gap, strongest, t, p, global_p, decision });
+    }
+    Ok(steps)
+}
+
+/// The order in which effects take off most, one after another.
+fn order(evidence: &Evidence, set: &[usize]) -> Vec<usize> {
+    let mut ordered: Vec<usize> = Vec::with_capacity(set.len());
+    while ordered.len() < set.len() {
+        let left = |j: &usize| {
+            let longer: Vec<usize> = ordered.iter().copied().chain([*j]).collect();
+            evidence.rss_of(&longer)
+        };
+        let remaining = set.iter().filter(|j| !ordered.contains(j));
+        match remaining.min_by(|a, b| left(a).total_cmp(&left(b))) {
+            Some(next) => ordered.push(*next),
+            None => break,
+        }
+    }
+    ordered
+}
+
+fn short(p: f64) -> String {
+    match p {
+        p if p < 0.01 => format!("{p:.1e}"),
+        p if p > 0.99 => "above 0.99".to_string(),
+        p => format!("{p:.2}"),
     }
 }

@@ -9,6 +9,7 @@ use crate::campaign::Campaign;
 use crate::elements::Elements;
 use crate::estimate::{Floor, Settings, adjust};
 use crate::fit::Fit;
+use crate::plan::grouped;
 use faer::linalg::solvers::{Llt, Solve};
 use faer::{Mat, Side};
 
@@ -39,11 +40,7 @@ pub(super) fn holdout(
     after: Option<&Fit>,
     (scale, weighted): (&[f64], &Weighted),
 ) -> Option<Holdout> {
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for (i, place) in positions(campaign, &before.design, before.design.rows.len()).into_iter().enumerate() {
-        groups.resize_with(groups.len().max(place + 1), Vec::new);
-        groups[place].push(i);
-    }
+    let groups = grouped(positions(campaign, &before.design, before.design.rows.len()).into_iter().enumerate());
     if groups.len() < 2 {
         return None;
     }

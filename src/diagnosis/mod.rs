@@ -6,7 +6,7 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `common.rs` | the words that diagnoses of navigation errors have, too |
+//! | `common.rs` | the words that diagnoses of navigation errors have, too; every threshold, with its meaning and source |
 //! | `catalogue.rs` | effects as data |
 //! | `assumptions.rs` | priors and constraints: held, and candidates themselves |
 //! | `averaged.rs` | long records |
@@ -14,22 +14,17 @@
 //! | `bank.rs` | remainders that know nothing of the catalogue |
 //! | `factor.rs` | what of a remainder's readings deviates together |
 //! | `augmented.rs` | score and exact fit in turn |
-//! | `settings.rs` | every threshold, with its meaning and source |
 //! | `candidates.rs` | each effect as a column of this campaign, and how large it is |
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test; where variances of what scatters are estimated |
-//! | `indicators.rs` | columns of ones at some rows, compared without being made |
-//! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column |
+//! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column; columns of ones at some rows, compared without being made |
 //! | `remounting.rs` | positions that scatter |
-//! | `steps.rs` | the gap after each effect |
-//! | `finding.rs` | from a search to the answer |
-//! | `repair.rs` | the effect in the model line |
+//! | `finding.rs` | from a search to the answer; the gap after each effect |
+//! | `repair.rs` | the effect in the model line, its value there, and what its uncertainty has beyond the noise |
 //! | `separate.rs` | positions that would tell rivals apart |
-//! | `foresee.rs` | what a diagnosis could find on a schedule |
-//! | `prospective.rs` | its columns, where nobody has measured yet |
+//! | `foresee.rs` | what a diagnosis could find on a schedule; its columns, where nobody has measured yet |
 //! | `ambiguity.rs` | what the aliases do to the parameters |
-//! | `coefficient.rs` | the value of an effect in the repaired model, and what its uncertainty has beyond the noise |
 //! | `places.rs` | where the gap is: factors and levels |
 //! | `holdout.rs` | leave-one-position-out prediction |
 //!
@@ -43,26 +38,21 @@ mod averaged;
 mod bank;
 mod candidates;
 mod catalogue;
-mod coefficient;
 mod common;
 mod evidence;
 mod factor;
 mod finding;
 mod foresee;
 mod holdout;
-mod indicators;
 mod noise;
 mod own_noise;
 mod places;
 mod pool;
-mod prospective;
 mod remounting;
 mod repair;
 mod score;
 mod screen;
 mod separate;
-mod settings;
-mod steps;
 
 pub use assumptions::Held;
 pub(crate) use augmented::State;
@@ -72,9 +62,9 @@ pub use catalogue::Effect;
 pub(crate) use catalogue::{Applies, BUILT_IN};
 #[cfg(feature = "navigate")]
 pub(crate) use common::{DIFFERENT, LENGTHS, share_of_wave};
-pub use common::{Gap, Verdict};
+pub use common::{Gap, Settings, Verdict};
 pub(crate) use common::{NoiseFrom, Step};
-pub(crate) use finding::Alias;
+pub(crate) use finding::{Alias, GapStep};
 pub use finding::{Change, Finding};
 pub use foresee::foresee;
 pub(crate) use foresee::{Alike, Fate, Foresight, Near, PassedOver, Prospect, Rule, directions, is_angle};
@@ -85,8 +75,6 @@ pub(crate) use pool::VISIBLE;
 #[cfg(feature = "navigate")]
 pub(crate) use score::{Class, Deviations, Kernel, Posterior, Priors, Problem, Score};
 pub(crate) use separate::Separation;
-pub use settings::Settings;
-pub(crate) use steps::GapStep;
 
 use crate::campaign::{Campaign, JointState};
 use crate::error::Result;

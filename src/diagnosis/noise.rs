@@ -2,13 +2,14 @@
 
 use super::common::NoiseFrom;
 use crate::campaign::{Campaign, JointState};
-use crate::design::DesignMatrix;
+use crate::design::{DesignMatrix, RowOrigin};
+use crate::elements::numbered;
 use crate::error::Result;
 use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
+use crate::linear::subtract;
 use crate::quality;
 use faer::Mat;
-use std::collections::HashMap;
 
 /// Fewer degrees of freedom than this make no noise floor.
 pub(super) const FEWEST_REPLICATES: usize = 4;
@@ -122,9 +123,7 @@ impl Weighted {
     pub fn residuals_with(&self, design: &DesignMatrix, n: usize, columns: &[&Vec<f64>]) -> Result<Vec<f64>> {
         let (all, solution) = self.solved_with(design, n, columns.iter().copied())?;
         let mut residuals = self.estimate.residuals.clone();
-        for (j, x) in solution.iter().enumerate() {
-            residuals.iter_mut().zip(all.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-        }
+        subtract(&mut residuals, &all, &solution);
         Ok(residuals)
     }
 
@@ -235,8 +234,7 @@ pub(super) fn weigh(
             }
         }
     }
-    let known =
-        System { rows: system.rows, observed: system.observed, u, group: vec![Group::Known; groups.group.len()] };
+    let known = System::known(system.rows, system.observed, u);
     let estimate = fit::adjust_with_equations(campaign, design, &known)?;
     let weight: Vec<f64> = known.u.iter().map(|u| 1.0 / u).collect();
     let residual: Vec<f64> = estimate.residuals.iter().zip(&weight).map(|(v, w)| v * w).collect();
@@ -290,10 +288,7 @@ fn scattered(campaign: &Campaign, design: &DesignMatrix, finished: Option<&Finis
     let mut estimate = fit::adjust_with_equations(campaign, design, &white)?;
     let residual = estimate.residuals.clone();
     let rss = residual.iter().map(|v| v * v).sum();
-    estimate.residuals = system.observed.clone();
-    for (j, x) in estimate.unknowns.solution.iter().enumerate().take(system.rows.ncols()) {
-        estimate.residuals.iter_mut().zip(system.rows.col_as_slice(j)).for_each(|(v, a)| *v -= a * x);
-    }
+    estimate.residuals = system.residuals(&estimate.unknowns.solution);
     let inverse = |sd: &[f64]| -> Vec<f64> { sd.iter().map(|sd| 1.0 / sd).collect() };
     let (weight, own_weight) = (inverse(floor.total_sd()), inverse(floor.whitening().sd()));
     Ok(Weighted { estimate, weight, own_weight, floor: Some(floor), residual, rss, from, replicates })
@@ -308,13 +303,9 @@ fn repeats(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Option<Re
             return None;
         }
         let (levels, _) = line.per.levels(campaign);
-        let mut seen: HashMap<(usize, Option<usize>), usize> = HashMap::new();
-        for (i, group) in groups.group.iter_mut().enumerate() {
-            let level = design.rows.get(i).and_then(|origin| levels.get(origin.reading).copied().flatten());
-            let next = seen.len();
-            *group = *seen.entry((*group, level)).or_insert(next);
-        }
-        groups.dof = rows - seen.len();
+        let level = |i: usize| design.rows.get(i).and_then(|origin| levels.get(origin.reading).copied().flatten());
+        let (group, count) = numbered(groups.group.iter().enumerate().map(|(i, group)| (*group, level(i))));
+        groups = Replicates { group, dof: rows - count };
     }
     Some(groups)
 }
@@ -327,9 +318,7 @@ fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
             campaign.bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column))
         })
         .collect();
-    let mut seen: HashMap<Vec<u64>, usize> = HashMap::new();
-    let mut group = Vec::with_capacity(rows);
-    for origin in &design.rows {
+    let key = |origin: &RowOrigin| {
         let mut key = vec![origin.sensor as u64];
         if let Some(reading) = campaign.readings.rows.get(origin.reading) {
             for state in &reading.joints {
@@ -339,32 +328,28 @@ fn replicate_groups(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> 
             // readings that both lack it are alike in it
             key.extend(used.iter().map(|k| reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN).to_bits()));
         }
-        let next = seen.len();
-        group.push(*seen.entry(key).or_insert(next));
-    }
-    let mut next = seen.len();
-    while group.len() < rows {
-        group.push(next);
-        next += 1;
-    }
-    let dof = rows - next.min(rows);
-    Replicates { group, dof }
+        key
+    };
+    let (group, count) = apart_beyond(design.rows.iter().map(key), rows);
+    Replicates { group, dof: rows - count.min(rows) }
 }
 
 /// The position of each row by its label (by the joints' states where there is none); each prior is a position.
 pub(super) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> Vec<usize> {
-    let mut seen: HashMap<String, usize> = HashMap::new();
-    let mut position = Vec::with_capacity(rows);
-    for origin in &design.rows {
-        let label = campaign.readings.rows.get(origin.reading).map_or(String::new(), |reading| {
+    let label = |origin: &RowOrigin| {
+        campaign.readings.rows.get(origin.reading).map_or(String::new(), |reading| {
             if reading.position.is_empty() { format!("{:?}", reading.joints) } else { reading.position.to_string() }
-        });
-        let next = seen.len();
-        position.push(*seen.entry(label).or_insert(next));
-    }
-    let first = seen.len();
-    position.extend((0..rows.saturating_sub(design.rows.len())).map(|k| first + k));
-    position
+        })
+    };
+    apart_beyond(design.rows.iter().map(label), rows).0
+}
+
+/// The numbers of the keys of the first rows, the others being each by itself; and how many numbers there are.
+fn apart_beyond<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>, rows: usize) -> (Vec<usize>, usize) {
+    let (mut numbers, count) = numbered(keys);
+    let others = rows.saturating_sub(numbers.len());
+    numbers.extend(count..count + others);
+    (numbers, count + others)
 }
 
 /// Columns of candidates as a matrix, `m x k`, each scaled and then weighted.

@@ -18,7 +18,7 @@ use super::score::{Kernel, Priors, Problem, Score};
 use crate::campaign::Campaign;
 use crate::design::DesignMatrix;
 use crate::error::Result;
-use crate::estimate::{self, Group, System};
+use crate::estimate::{self, System};
 use crate::uncertainty::quantiles::fisher_f_survival;
 use faer::Mat;
 
@@ -77,18 +77,16 @@ fn of_noise(
     priors: Priors,
 ) -> Result<f64> {
     let n = campaign.unknowns();
-    let of_rows = |rows: &[usize]| System {
-        rows: Mat::from_fn(rows.len(), n + effects.len(), |i, j| {
+    let of_rows = |rows: &[usize]| {
+        let of = Mat::from_fn(rows.len(), n + effects.len(), |i, j| {
             let entry = match j.checked_sub(n) {
                 None => design.jacobian[(rows[i], j)],
                 // columns end with the readings
                 Some(k) => effects[k].get(rows[i]).copied().unwrap_or_default(),
             };
             entry * weighted.weight[rows[i]]
-        }),
-        observed: rows.iter().map(|i| weighted.residual[*i]).collect(),
-        u: vec![1.0; rows.len()],
-        group: vec![Group::Known; rows.len()],
+        });
+        System::known(of, rows.iter().map(|i| weighted.residual[*i]).collect(), vec![1.0; rows.len()])
     };
     let mut rows = rows.to_vec();
     let (system, alone) = loop {

@@ -1,13 +1,13 @@
 //! Where the gap is: by position, joint angle, rate, sense, time, temperature and order; and its pattern over the joints' states.
 
 use super::common::NoiseFrom;
-use super::indicators::{Indicators, Sums};
+use super::evidence::by_chance;
 use super::noise::Weighted;
+use super::screen::{Indicators, Sums};
 use crate::campaign::{Campaign, JointState, Reading, joint_keys};
 use crate::design::DesignMatrix;
-use crate::elements::Elements;
-use crate::uncertainty::quantiles::{normal_survival, student_t_two_sided};
-use std::collections::{BTreeMap, HashMap};
+use crate::elements::{Elements, numbered};
+use std::collections::BTreeMap;
 
 /// A level: a number or a label.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -88,20 +88,16 @@ const FOLLOWED: f64 = 2.0;
 pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted, significance: f64) -> Vec<Place> {
     let mut places = Vec::new();
     let dof = match (weighted.from, &weighted.replicates) {
-        (NoiseFrom::Stated, _) => None,
-        (_, Some(replicates)) => Some(replicates.dof.max(1)),
-        _ => Some(weighted.estimate.dof.max(1)),
+        (NoiseFrom::Stated, _) => f64::INFINITY,
+        (_, Some(replicates)) => replicates.dof.max(1) as f64,
+        _ => weighted.estimate.dof.max(1) as f64,
     };
     let residuals = Residuals::new(design, weighted);
     for factor in factors(campaign) {
         for sensor in 0..campaign.bench.sensors.len() {
             for (level, mean) in factor.levels.iter().zip(residuals.means(sensor, &factor)) {
                 if let Some(Mean { readings, mean, z }) = mean {
-                    let p = match dof {
-                        Some(dof) => student_t_two_sided(z.abs(), dof as f64),
-                        None => normal_survival(z.abs()).map(|p| 2.0 * p),
-                    };
-                    let p = p.map_or(1.0, |p| p.min(1.0));
+                    let p = by_chance(z, dof);
                     let (factor, level) = (factor.factor.clone(), level.clone());
                     let (sensor, significant) = (campaign.sensor_id(sensor).to_string(), Some(p < significance));
                     places.push(Place { factor, level, sensor, readings, mean, z, p, significant });
@@ -134,19 +130,14 @@ pub(super) fn grouping(campaign: &Campaign, design: &DesignMatrix, weighted: &We
 
 /// Mean residual at every distinct state of the joints, the most significant first.
 pub(super) fn cells(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted) -> Vec<PlaceMean> {
+    let rows = &campaign.readings.rows;
+    let (of, count) = numbered(rows.iter().map(|row| row.joints.iter().map(JointState::bits).collect::<Vec<_>>()));
     let mut states: Vec<&[JointState]> = Vec::new();
-    let mut seen: HashMap<Vec<[u64; 3]>, usize> = HashMap::new();
-    let of = campaign.readings.rows.iter().map(|reading| {
-        let next = states.len();
-        let index = *seen.entry(reading.joints.iter().map(JointState::bits).collect()).or_insert(next);
-        if index == next {
-            states.push(&reading.joints);
-        }
-        Some(index)
-    });
-    let of = of.collect();
-    let levels = states.iter().map(|_| Level::Number(0.0)).collect();
-    let by_state = Grouping { factor: String::new(), levels, of };
+    for (row, number) in rows.iter().zip(&of) {
+        states.extend((*number == states.len()).then_some(row.joints.as_slice()));
+    }
+    let levels = vec![Level::Number(0.0); count];
+    let by_state = Grouping { factor: String::new(), levels, of: of.into_iter().map(Some).collect() };
     let residuals = Residuals::new(design, weighted);
     let mut cells = Vec::new();
     for sensor in 0..campaign.bench.sensors.len() {
@@ -234,10 +225,7 @@ fn factors(campaign: &Campaign) -> Vec<Grouping> {
     by("position".into(), &|reading| (!reading.position.is_empty()).then(|| Level::Text(reading.position.to_string())));
     for (k, joint) in campaign.bench.joints().enumerate() {
         let state = |reading: &Reading| reading.joints.get(k).copied();
-        by(format!("{joint}_deg"), &|reading| match state(reading) {
-            Some(JointState::Held { angle_deg }) => Some(Level::Number(angle_deg)),
-            _ => None,
-        });
+        by(format!("{joint}_deg"), &|reading| state(reading)?.held_deg().map(Level::Number));
         let rate = |reading: &Reading| state(reading).map(|s| s.rate_deg_s()).filter(|rate| *rate != 0.0);
         by(format!("{joint}_deg_s"), &|reading| rate(reading).map(Level::Number));
         by(format!("sense_of_{joint}"), &|reading| rate(reading).map(|rate| Level::Number(rate.signum())));

@@ -7,7 +7,8 @@
 //! given the effects named. Where settings were not mounted more than once, a scatter of positions and an unknown pattern of the settings are one, and neither is named.
 
 use super::augmented::{Seen, State};
-use super::score::{Deviation, Kernel, Priors, Problem, Score};
+use super::evidence::of_all;
+use super::score::{ALIAS, Deviation, Kernel, Priors, Problem, Score};
 use super::{Candidate, Diagnosis, Effect, Finding, NoiseFrom, Separation, Settings, Verdict, finding};
 use crate::bench::Link;
 use crate::campaign::{Campaign, Deviating, JointState, Per, Scatter, Size};
@@ -187,7 +188,7 @@ pub(super) fn diagnose(
     if !after.noise.sources.iter().any(has_size) {
         return Ok(first);
     }
-    let least = best.probability * (-Priors::at(settings.significance).alias).exp();
+    let least = best.probability * (-ALIAS).exp();
     let aliases: Vec<&Deviates> = others.iter().filter(|other| other.probability > least).collect();
     let found = (best, p(best.gain, each.len()), probability.min(1.0));
     let finding = of(campaign, &after, found, &aliases, &first.before);
@@ -208,24 +209,17 @@ pub(super) fn diagnose(
 fn p(gain: f64, tried: usize) -> f64 {
     // a gain that is not finite is none
     let alone = 0.5 * chi_square_survival(gain.max(0.0), 1.0).unwrap_or(1.0);
-    -f64::exp_m1(tried.max(1) as f64 * f64::ln_1p(-alone))
-}
-
-fn held(joints: &[JointState]) -> Vec<u64> {
-    let angle = |state: &JointState| match state {
-        JointState::Held { angle_deg } => (angle_deg + 0.0).to_bits(),
-        _ => u64::MAX,
-    };
-    joints.iter().map(angle).collect()
+    of_all(alone, tried.max(1) as f64)
 }
 
 /// Labelled positions, and how many mountings there are beyond the first of each setting of the angles.
 fn mountings(campaign: &Campaign) -> (usize, usize) {
-    let mut labels: HashMap<&str, Vec<u64>> = HashMap::new();
+    let held = |state: &JointState| state.held_deg().map(|deg| (deg + 0.0).to_bits());
+    let mut labels: HashMap<&str, Vec<Option<u64>>> = HashMap::new();
     for reading in campaign.readings.rows.iter().filter(|r| !r.position.is_empty()) {
-        labels.entry(&reading.position).or_insert_with(|| held(&reading.joints));
+        labels.entry(&reading.position).or_insert_with(|| reading.joints.iter().map(held).collect());
     }
-    let settings: std::collections::HashSet<&Vec<u64>> = labels.values().collect();
+    let settings: std::collections::HashSet<&Vec<Option<u64>>> = labels.values().collect();
     (labels.len(), labels.len() - settings.len())
 }
 
@@ -243,14 +237,12 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     let arcsec = 648_000.0 / std::f64::consts::PI;
     let read = |s: &usize| campaign.readings.rows.iter().any(|r| r.observations.iter().any(|o| o.sensor == *s));
     let sensors: Vec<usize> = (0..campaign.bench.sensors.len()).filter(read).collect();
-    let unit = |s: usize| campaign.bench.sensors.get(s).map_or("", |sensor| sensor.unit.as_str());
-    let offsets: Vec<Scatter> = sensors.iter().map(|s| line(Deviating::Sensor(*s), 1.0, unit(*s))).collect();
-    let id = |s: &usize| campaign.bench.sensors.get(*s).map_or(String::new(), |sensor| sensor.id.clone());
-    let name = sensors.iter().map(id).collect::<Vec<_>>().join(", ");
+    let offset = |s: &usize| line(Deviating::Sensor(*s), 1.0, campaign.sensor_unit(*s));
+    let offsets: Vec<Scatter> = sensors.iter().map(offset).collect();
+    let name = sensors.iter().map(|s| campaign.sensor_id(*s)).collect::<Vec<_>>().join(", ");
     let mut sources = vec![Source { name, lines: offsets }];
     for (k, joint) in campaign.bench.joints().enumerate() {
-        let is_held = |r: &crate::campaign::Reading| matches!(r.joints.get(k), Some(JointState::Held { .. }));
-        if campaign.readings.rows.iter().any(is_held) {
+        if campaign.readings.rows.iter().any(|row| row.joints.get(k).and_then(JointState::held_deg).is_some()) {
             let lines = vec![line(Deviating::Joint(k), arcsec, "arcsec")];
             sources.push(Source { name: joint.to_string(), lines });
         }
@@ -260,7 +252,7 @@ fn sources(campaign: &Campaign) -> Vec<Source> {
     for face in campaign.bench.chain.chunk_by(|a, b| is_tilt(&a) == is_tilt(&b)) {
         let tilts = || face.iter().filter(is_tilt).filter_map(|link| campaign.parameter_index(link.name()));
         let line = |k: usize| line(Deviating::Parameter(k), arcsec, "arcsec");
-        let name = |k: usize| campaign.parameters.get(k).map_or(String::new(), |parameter| parameter.id.clone());
+        let name = |k: usize| campaign.parameter_id(k).to_string();
         sources.extend(tilts().map(|k| Source { name: name(k), lines: vec![line(k)] }));
         if tilts().count() > 1 {
             let names: Vec<String> = tilts().map(name).collect();

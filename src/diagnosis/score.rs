@@ -43,6 +43,12 @@ const FOLLOWED: usize = 3;
 /// Most sets whose neighbours are looked at after the search.
 const SPREAD: usize = 100;
 
+/// Logarithm of the odds by which explanations may differ that stand in each other's place.
+pub(crate) const ALIAS: f64 = 4.5;
+/// What one rank of the catalogue takes off the logarithm of the odds.
+pub(crate) const RANK: f64 = 0.2;
+/// Fewest directions of a remainder: of fewer it is an effect in all but name.
+const LEAST_RANK: usize = 5;
 /// Sets that are less probable than the best by more than this (ln, 1e-11) are not kept: all of them together change no probability.
 const KEPT: f64 = 25.0;
 /// Columns with a smaller cosine, given the model and the other effects, are different explanations of what is hardly seen.
@@ -65,45 +71,20 @@ const TOLD: usize = 8;
 /// What is believed before the readings are seen.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Priors {
-    /// Sizes, in noise standard deviations, between which each is as probable as any other of its logarithm: of effects and of remainders.
-    pub smallest: f64,
+    /// Sizes, in noise standard deviations, from one to which each is as probable as any other of its logarithm: of effects and of remainders.
     pub largest: f64,
-    /// Probability that something outside the catalogue is there.
-    pub outside: f64,
-    /// Effects that are expected where anything is missing: the odds of all kinds together.
-    pub expected: f64,
-    /// The same against nothing: a campaign is as its model says, or it is not, and then what is missing need not be one thing.
+    /// Odds of all effects together against nothing: a campaign is as its model says, or it is not, and then what is missing need not be one thing.
     pub first: f64,
-    /// What one rank of the catalogue takes off the logarithm of the odds.
-    pub rank: f64,
-    /// Logarithm of the odds by which explanations may differ that stand in each other's place.
-    pub alias: f64,
     /// Most effects of a set.
     pub most: usize,
-    /// Fewest directions of a remainder: of fewer it is an effect in all but name.
-    pub least_rank: usize,
     /// Are kernels kept that do nearly what another does? Of a bank the first stands for all.
     pub all_kernels: bool,
-    /// Share of the largest reading from which an effect, with inputs as large as they could be, is the less probable the larger it is.
-    pub plain: f64,
 }
 
 impl Priors {
     /// With the odds at which nothing is reported in so many of the campaigns in which nothing is missing.
     pub fn at(significance: f64) -> Self {
-        Priors {
-            smallest: 1.0,
-            largest: 1e3,
-            outside: OUTSIDE,
-            expected: EXPECTED,
-            first: FIRST * significance,
-            rank: 0.2,
-            alias: 4.5,
-            most: EACH,
-            least_rank: 5,
-            all_kernels: false,
-            plain: 1.0,
-        }
+        Priors { largest: 1e3, first: FIRST * significance, most: EACH, all_kernels: false }
     }
 
     /// For readings of so many sensors: an effect in several of them is a member for each.
@@ -112,23 +93,23 @@ impl Priors {
     }
 
     pub fn range(&self) -> f64 {
-        (self.largest / self.smallest).ln()
+        self.largest.ln()
     }
 
     /// The share of the range of sizes that a density `1 / (|b| (1 + |b| / size))` has left, of that which all sizes have alike.
     pub fn share_below(&self, size: f64) -> f64 {
-        ((1.0 + size / self.smallest).ln() / self.range()).min(1.0)
+        ((1.0 + size).ln() / self.range()).min(1.0)
     }
 
     /// ln odds of candidates from what each has by itself (ln): so many are expected in all where anything is missing, each counted with its share of sizes.
     pub fn shared(&self, each: Vec<f64>, share: impl Fn(usize) -> f64) -> Vec<f64> {
         let all: f64 = each.iter().enumerate().map(|(j, odds)| odds.exp() * share(j)).sum();
-        each.into_iter().map(|odds| odds + (self.expected / all.max(f64::MIN_POSITIVE)).ln()).collect()
+        each.into_iter().map(|odds| odds + (EXPECTED / all.max(f64::MIN_POSITIVE)).ln()).collect()
     }
 
     /// ln of what nothing has over the odds of what is missing.
     pub fn nothing(&self) -> f64 {
-        (self.expected / self.first).ln()
+        (EXPECTED / self.first).ln()
     }
 
     /// `|t|` of an effect that nothing but chance competes with, the noise being known, from which it is there with this probability:
@@ -136,7 +117,7 @@ impl Priors {
     pub fn threshold(&self, probability: f64) -> f64 {
         let c = (probability / (1.0 - probability)).ln() + (2.0 * self.range()).ln() - 0.5 * std::f64::consts::TAU.ln()
             + self.nothing()
-            - self.expected.ln();
+            - EXPECTED.ln();
         (0..20).fold(5.0_f64, |t, _| (2.0 * (c + t.max(1.0).ln())).max(1.0).sqrt())
     }
 }
@@ -355,9 +336,9 @@ impl Score {
             // directions in which it deviates by less than a fifth of its largest are neglected: a choice
             let is_wide = |s: &[f64]| {
                 let top = s.iter().fold(0.0_f64, |a, b| a.max(*b));
-                s.iter().filter(|l| **l > 0.05 * top).count() >= settings.least_rank
+                s.iter().filter(|l| **l > 0.05 * top).count() >= LEAST_RANK
             };
-            let (prepared, does) = match &kernel.factor {
+            let (lambda, along_z, along_c, along_q, does) = match &kernel.factor {
                 Factor::Dense(factor) => {
                     let mut f = factor.clone();
                     project(p.basis, &mut f);
@@ -372,14 +353,10 @@ impl Score {
                         Some(_) => &f * Mat::from_fn(s.len(), keep.len(), turned),
                         None => Mat::from_fn(n, keep.len(), |i, j| f[(i, keep[j])] / s[keep[j]].sqrt()),
                     };
-                    let along_z = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
+                    let along_z: Vec<f64> = (0..keep.len()).map(|j| dot(u.col(j), z.col(0))).collect();
                     let along_c = Rc::new(u.transpose() * &*c);
                     let lambda = keep.iter().map(|i| s[*i]).collect();
-                    let does = &f * (f.transpose() * &trial);
-                    (
-                        Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q: None },
-                        does,
-                    )
+                    (lambda, along_z, along_c, None, &f * (f.transpose() * &trial))
                 }
                 Factor::Apart(columns) => {
                     let apart = Apart::new(columns, n);
@@ -392,7 +369,7 @@ impl Score {
                     let along_q = Some(apart.along(p.basis));
                     let mut does = apart.twice(trial.as_ref());
                     project(p.basis, &mut does);
-                    (Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q }, does)
+                    (lambda, along_z, along_c, along_q, does)
                 }
             };
             let size = does.norm_l2();
@@ -405,7 +382,7 @@ impl Score {
                 continue;
             }
             factors.push(does);
-            kernels.push(prepared);
+            kernels.push(Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
@@ -573,11 +550,6 @@ impl Score {
         self.beliefs[j].iter().map(|belief| belief.density(size, variance, range)).sum()
     }
 
-    /// ln of it.
-    fn believed(&self, j: usize, size: f64, variance: f64) -> f64 {
-        self.likely(j, size, variance).ln()
-    }
-
     /// What a set gains (ln) for a further member of a kind that it has in other sensors, over one of another kind. What is in one of `s` sensors is in it
     /// alone with the probability one half, else in two of them, in three, in all (a drift of the room) with equal ones: of a set of `m`, `1 / (2 (s-1) C(s, m))`.
     fn joins(&self, set: &[u16], j: u16) -> f64 {
@@ -650,7 +622,7 @@ impl Score {
         let s2 = self.sigma2(state.q, set.len());
         let k = set.len();
         let variance = |i: usize| s2 * state.inverse[i * k + i];
-        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, state.beta[i], variance(i))).sum();
+        let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, state.beta[i], variance(i)).ln()).sum();
         let believed = believed + self.of_one_kind(set);
         state.value = self.evidence(k, state.q, remainder.logdet, state.logdet, believed);
         Some(state)
@@ -702,7 +674,7 @@ impl Score {
 
     fn grid(&self) -> Vec<f64> {
         let n = (2.0 * self.settings.range() / 2f64.ln()).ceil() as usize;
-        (0..=n).map(|k| self.settings.smallest * 2f64.powf(0.5 * k as f64)).collect()
+        (0..=n).map(|k| 2f64.powf(0.5 * k as f64)).collect()
     }
 
     /// ln of the integral over t, and the best t; it replaces an approximation at another t.
@@ -821,7 +793,7 @@ impl Score {
         q -= beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
         let s2 = self.sigma2(q, k);
         let variances: Vec<f64> = (0..k).map(|i| (s2 * inverse[i * k + i]).max(f64::MIN_POSITIVE)).collect();
-        let believed: f64 = (0..k).map(|i| self.believed(set[i] as usize, beta[i], variances[i])).sum();
+        let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, beta[i], variances[i]).ln()).sum();
         let believed = believed + self.of_one_kind(set);
         let t = beta.iter().zip(&variances).map(|(size, variance)| size / variance.sqrt()).collect();
         Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
@@ -863,7 +835,7 @@ impl Score {
 
     fn kernel_prior(&self, kernel: usize) -> f64 {
         let share = self.kernels[kernel].share / self.sharing.max(1.0);
-        if kernel == 0 { (1.0 - self.settings.outside).ln() } else { (self.settings.outside * share).ln() }
+        if kernel == 0 { (1.0 - OUTSIDE).ln() } else { (OUTSIDE * share).ln() }
     }
 
     /// ln prior of a remainder, and of nothing at all.
@@ -958,7 +930,7 @@ impl Score {
     /// The neighbours of every set that is nearly as probable as the best: what could stand in several places at once.
     fn spread(&mut self) {
         for _ in 0..SPREAD {
-            let near = |value: f64| value > self.best - self.settings.alias;
+            let near = |value: f64| value > self.best - ALIAS;
             let next = self.visited.iter().filter(|(key, value)| near(**value) && !self.expanded.contains_key(*key));
             let Some((kernel, set)) = next.max_by(|a, b| a.1.total_cmp(b.1)).map(|(key, _)| key.clone()) else {
                 return;
@@ -1028,7 +1000,7 @@ impl Score {
         while let Some(first) = level.first().cloned() {
             let reached = self.value(0, &first);
             without_gain = if reached > most { 0 } else { without_gain + 1 };
-            if reached > most - self.settings.alias {
+            if reached > most - ALIAS {
                 let other = self.climb(0, first.clone());
                 if self.value(0, &other) > self.value(0, &white) {
                     white = other;
@@ -1104,8 +1076,7 @@ impl Score {
         noise: std::ops::Range<usize>,
         probability: f64,
     ) -> Option<(f64, f64)> {
-        let is_own = |same: &Vec<u16>| same.iter().any(|i| usize::from(*i) == candidate);
-        let first = self.alike.iter().position(is_own)?;
+        let first = usize::from(self.standing(candidate)?);
         let along = self.gram0(first);
         let open: Vec<usize> = (0..along.len()).filter(|j| self.norm[*j] > 0.0 && self.prior[*j].is_finite()).collect();
         let each = 0.5 * std::f64::consts::TAU.ln() - (2.0 * self.settings.range()).ln() + self.kernel_prior(0);
@@ -1137,7 +1108,7 @@ impl Score {
                 let like = |j: usize| 0.5 * score(j).powi(2) + each;
                 let is_plain = like(first) - nothing >= PLAIN;
                 let in_class = |j: usize| self.replaces(like(first) - like(j), is_plain, || along[j].abs());
-                let value = |j: &usize| (in_class(*j), like(*j) + self.believed(*j, score(*j), 1.0));
+                let value = |j: &usize| (in_class(*j), like(*j) + self.likely(*j, score(*j), 1.0).ln());
                 let values: Vec<(bool, f64)> = open.iter().map(value).collect();
                 let outside = remainders.iter().map(|[a, b, c]| a + b * t + c * t * t);
                 let class: Vec<f64> = values.iter().filter(|(is_own, _)| *is_own).map(|(_, value)| *value).collect();
@@ -1172,7 +1143,7 @@ impl Score {
 
     /// Do two explanations that differ by so much (ln) stand in each other's place? Of what is hardly seen only columns that are alike do.
     fn replaces(&self, apart: f64, is_plain: bool, cosine: impl FnOnce() -> f64) -> bool {
-        apart <= self.settings.alias && (is_plain || cosine() >= ALIKE)
+        apart <= ALIAS && (is_plain || cosine() >= ALIKE)
     }
 
     /// Cosine of two columns given the model and some others, by size; zero where one of them was never in a set.
@@ -1205,7 +1176,7 @@ impl Score {
         }
         let mut classes: Vec<Class> = vec![];
         // many that stand in each other's place share what one without them has: not only the best set tells what is probable
-        let least = sets.first().map_or(0.0, |(top, _)| top * (-self.settings.alias).exp());
+        let least = sets.first().map_or(0.0, |(top, _)| top * (-ALIAS).exp());
         let sizes: Vec<Vec<f64>> = sets.iter().take(TOLD).map(|(_, set)| self.sizes(set)).collect();
         let probable = sets.iter().zip(sizes).take_while(|((p, _), _)| *p >= least);
         for (order, ((top, set), sizes)) in probable.enumerate() {

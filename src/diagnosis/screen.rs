@@ -1,12 +1,20 @@
 //! Long campaigns: bad readings, remounted positions and steps in time are so many that they cannot all have columns. They need none to be
-//! compared with the model ([`indicators`](super::indicators)), and only the strongest get one: one row for a bad reading, the rows of a label for
+//! compared with the model, and only the strongest get one: one row for a bad reading, the rows of a label for
 //! a position, a tail of the rows in time for a step, of which cumulative sums give every one in one pass over the rows.
+//!
+//! Columns of ones at some rows (a bad reading, the rows of a label, a tail in time) compared with the model without being made:
+//!
+//! ```text
+//! c = sum of e_i over rows R,   c' . r = sum b_i,   |c'|^2 = c'V^-1 c - |sum a_i|^2        b = W'r,  a_i: row i of W'Q, of independent rows W = diag(w)
+//! ```
 
 use super::catalogue::{breaks, clock};
-use super::indicators::{Indicators, Sums};
 use super::noise::Weighted;
 use crate::campaign::Campaign;
-use crate::design::DesignMatrix;
+use crate::design::{DesignMatrix, RowOrigin};
+use crate::elements::Elements;
+use crate::linear::{dot, norm, normalise, project};
+use std::cmp::Ordering;
 use std::collections::{HashMap, HashSet};
 
 /// A family with no more members than this gets all its columns.
@@ -62,9 +70,9 @@ impl Chosen {
         pairs
     }
 
-    /// Take more members in; how many of them are new.
-    pub fn add(&mut self, members: impl IntoIterator<Item = Scanned>) -> usize {
-        members.into_iter().filter(|member| self.members.insert(member.clone())).count()
+    /// Take more members in.
+    pub fn add(&mut self, members: impl IntoIterator<Item = Scanned>) {
+        self.members.extend(members);
     }
 }
 
@@ -135,13 +143,17 @@ fn pairs(campaign: &Campaign, design: &DesignMatrix, indicators: &Indicators<'_>
             }
         }
     }
-    let more = |a: &Pair, b: &Pair| b.fall.total_cmp(&a.fall);
-    if pairs.len() > PAIRS {
-        pairs.select_nth_unstable_by(PAIRS, more);
-        pairs.truncate(PAIRS);
+    first(pairs, PAIRS, |a, b| b.fall.total_cmp(&a.fall))
+}
+
+/// The first of a list in an order, at most so many.
+fn first<T>(mut list: Vec<T>, most: usize, order: impl Fn(&T, &T) -> Ordering) -> Vec<T> {
+    if list.len() > most {
+        list.select_nth_unstable_by(most, &order);
+        list.truncate(most);
     }
-    pairs.sort_by(more);
-    pairs
+    list.sort_by(order);
+    list
 }
 
 /// Which families a campaign is too long for.
@@ -179,7 +191,7 @@ impl Screen {
         for sensor in 0..campaign.bench.sensors.len() {
             let rows_of = || design.rows.iter().enumerate().filter(move |(_, origin)| origin.sensor == sensor);
             if chosen.readings {
-                let one = |(i, origin): (usize, &crate::design::RowOrigin)| {
+                let one = |(i, origin): (usize, &RowOrigin)| {
                     let mut sums = rows.none();
                     rows.add(i, &mut sums);
                     (Scanned::Reading(sensor, origin.reading), rows.score(&sums))
@@ -219,20 +231,14 @@ impl Screen {
         Screen { families }
     }
 
-    /// The strongest members of each family, of which none has a column yet; with their scores.
-    pub fn strongest(&self, chosen: &Chosen) -> Vec<(Scanned, f64)> {
-        let mut strongest = Vec::new();
-        for family in &self.families {
-            let mut ranked: Vec<&(Scanned, f64)> = family.iter().filter(|(member, _)| !chosen.has(member)).collect();
-            let far = |a: &&(Scanned, f64), b: &&(Scanned, f64)| b.1.abs().total_cmp(&a.1.abs());
-            if ranked.len() > TOP {
-                ranked.select_nth_unstable_by(TOP, far);
-                ranked.truncate(TOP);
-            }
-            ranked.sort_by(far);
-            strongest.extend(ranked.into_iter().cloned());
-        }
-        strongest
+    /// The strongest members of each family, of which none has a column yet.
+    pub fn strongest(&self, chosen: &Chosen) -> Vec<Scanned> {
+        let of = |family: &Vec<(Scanned, f64)>| {
+            let open = family.iter().filter(|(member, _)| !chosen.has(member)).collect();
+            let strongest = first(open, TOP, |(_, a), (_, b)| b.abs().total_cmp(&a.abs()));
+            strongest.into_iter().map(|(member, _)| member.clone()).collect::<Vec<_>>()
+        };
+        self.families.iter().flat_map(of).collect()
     }
 
     /// How many members have no column: tests that were made all the same.
@@ -245,5 +251,109 @@ fn label(member: &Scanned) -> &str {
     match member {
         Scanned::Position(_, label) => label,
         _ => "",
+    }
+}
+
+/// A model, and further directions, as sensitivities of its readings.
+pub(super) struct Indicators<'a> {
+    weighted: &'a Weighted,
+    /// Orthonormal, of independent rows, and what is left of the readings there.
+    white: Vec<Vec<f64>>,
+    left: Vec<f64>,
+    directions: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+    /// Diagonal of `V^-1`, where rows are not independent.
+    diagonal: Option<Vec<f64>>,
+}
+
+/// The sums over the rows of one column.
+#[derive(Clone)]
+pub(super) struct Sums {
+    square: f64,
+    product: f64,
+    along: Vec<f64>,
+    /// The rows, where they are not independent.
+    rows: Vec<usize>,
+}
+
+impl<'a> Indicators<'a> {
+    /// With the model, and some columns (not weighted, `m` each).
+    pub fn new(weighted: &'a Weighted, given: &[&Vec<f64>]) -> Self {
+        let q = weighted.estimate.factor.thin_q();
+        let white: Vec<Vec<f64>> = (0..q.ncols()).map(|k| q.col(k).iter().copied().collect()).collect();
+        let diagonal = weighted.floor.as_ref().map(|floor| {
+            let whitening = floor.whitening();
+            let alone = whitening.redundancies(faer::Mat::zeros(weighted.weight.len(), 0).as_ref());
+            alone.iter().zip(whitening.sd()).map(|(left, sd)| left / (sd * sd)).collect()
+        });
+        let directions = white.iter().map(|direction| weighted.carry_back(direction)).collect();
+        let left = weighted.residual.clone();
+        let residual = weighted.carry_back(&left);
+        let mut indicators = Indicators { weighted, white, left, directions, residual, diagonal };
+        given.iter().for_each(|column| indicators.give(column));
+        indicators
+    }
+
+    /// One column more (not weighted, `m`) in the model.
+    pub fn give(&mut self, column: &[f64]) {
+        let largest = column.iter().fold(f64::MIN_POSITIVE, |largest, v| largest.max(v.abs()));
+        let scaled: Vec<f64> = column.iter().map(|v| v / largest).collect();
+        let mut direction = self.weighted.whiten(&scaled);
+        let before = norm(&direction);
+        (0..2).for_each(|_| project(&mut direction, &self.white));
+        if normalise(&mut direction) > super::VISIBLE * before {
+            let along = dot(&direction, &self.left);
+            self.left.iter_mut().zip(&direction).for_each(|(r, d)| *r -= along * d);
+            self.residual = self.weighted.carry_back(&self.left);
+            self.directions.push(self.weighted.carry_back(&direction));
+            self.white.push(direction);
+        }
+    }
+
+    /// A column of no rows.
+    pub fn none(&self) -> Sums {
+        Sums { square: 0.0, product: 0.0, along: vec![0.0; self.directions.len()], rows: Vec::new() }
+    }
+
+    /// One row more.
+    pub fn add(&self, i: usize, sums: &mut Sums) {
+        match self.diagonal {
+            Some(_) => sums.rows.push(i),
+            None => sums.square += self.weighted.weight.at(i) * self.weighted.weight.at(i),
+        }
+        sums.product += self.residual.at(i);
+        for (sum, direction) in sums.along.iter_mut().zip(&self.directions) {
+            *sum += direction.at(i);
+        }
+    }
+
+    /// What `size` times the difference of two single rows takes off the sum of squares: `2 s c'r - s^2 |c'|^2`. Rows that are not independent count
+    /// as if they were.
+    pub fn fall_with(&self, one: &Sums, two: &Sums, size: f64) -> f64 {
+        let along: f64 = one.along.iter().zip(&two.along).map(|(a, b)| (a - b) * (a - b)).sum();
+        let left = (self.square(one) + self.square(two) - along).max(0.0);
+        2.0 * size * (one.product - two.product) - size * size * left
+    }
+
+    /// Score of a column, its square the drop of the sum of squares; 0 for one that the model absorbs.
+    pub fn score(&self, sums: &Sums) -> f64 {
+        let square = self.square(sums);
+        let left = square - sums.along.iter().map(|a| a * a).sum::<f64>();
+        if left > 1e-10 * square { sums.product / left.sqrt() } else { 0.0 }
+    }
+
+    /// `c' V^-1 c`.
+    fn square(&self, sums: &Sums) -> f64 {
+        match (&self.diagonal, sums.rows.as_slice()) {
+            (None, _) => sums.square,
+            (Some(diagonal), [row]) => diagonal.at(*row),
+            (Some(_), rows) => {
+                let mut column = vec![0.0; self.weighted.weight.len()];
+                for row in rows {
+                    column.iter_mut().skip(*row).take(1).for_each(|v| *v = 1.0);
+                }
+                self.weighted.squares(&column)
+            }
+        }
     }
 }

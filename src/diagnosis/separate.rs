@@ -88,13 +88,8 @@ fn sd(campaign: &Campaign, sensor: usize) -> f64 {
 /// Positions with different angles of the held joints (a rate more or less is no other position).
 fn distinct(positions: impl Iterator<Item = Vec<JointState>>) -> Vec<Vec<JointState>> {
     let held = |joints: &[JointState]| -> Vec<Option<u64>> {
-        let angle = |state: &JointState| match state {
-            JointState::Held { angle_deg } => Some(angle_deg.to_bits()),
-            _ => None,
-        };
-        joints.iter().map(angle).collect()
+        joints.iter().map(|state| state.held_deg().map(f64::to_bits)).collect()
     };
-
     let mut named: Vec<Vec<JointState>> = Vec::new();
     for joints in positions {
         if !named.iter().any(|other| held(other) == held(&joints)) {

@@ -23,15 +23,14 @@ use super::objective::{Combinations, Objective};
 use super::order::ordered;
 use super::pool::in_coordinates;
 use super::problem::{counted, information};
-use super::question::Question;
-use super::request::Request;
+use super::question::{Question, Request};
 use super::search::{Limits, Outcome};
 use super::whitened::{Augmentation, Term, adjusted, mounted_apart, single, whitened, with_priors};
 use crate::algebra::{Scratch, Tape};
-use crate::campaign::{Campaign, Reading, Readings, is_axis_input};
+use crate::campaign::{Campaign, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::{Triangle, dot, normalise};
-use crate::simulate::Regressor;
+use crate::simulate::{Regressor, largest_inputs};
 
 /// Positions that discriminate between two terms.
 #[derive(Debug, Clone)]
@@ -155,19 +154,7 @@ fn check_terms(campaign: &Campaign, offer: &Offer, terms: [&Term; 2]) -> Result<
 /// Size of a term for typical inputs: gravity along an axis, the fastest rate, any angle; zero for other regressors.
 fn natural_size(campaign: &Campaign, regressor: &Regressor) -> f64 {
     let Regressor::Term(line) = regressor else { return 0.0 };
-    let bench = &campaign.bench;
-    let rates = campaign.readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs()));
-    let rate = rates.fold(0.0, f64::max) * bench.units.rate.per_deg_s();
-    let size = |name: &str| match name {
-        axis if is_axis_input(bench, axis) && axis.starts_with("w_") => rate.max(bench.earth_rate().norm()),
-        axis if is_axis_input(bench, axis) => bench.specific_force().norm(),
-        joint if bench.joints().any(|id| id == joint) => 0.7, // radians
-        column => {
-            let at = campaign.readings.columns.iter().position(|id| id == column);
-            let values = campaign.readings.rows.iter().filter_map(|row| row.columns.get(at?).copied().flatten());
-            values.fold(0.0, |most, v| v.abs().max(most))
-        }
-    };
+    let size = largest_inputs(campaign);
     let names = line.names();
     let inputs: Vec<f64> = names.iter().map(|name| size(name)).collect();
     let natural = Tape::compile(line, &names).map(|tape| tape.value(&inputs, &mut Scratch::default()).abs());

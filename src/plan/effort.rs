@@ -1,6 +1,7 @@
 //! What a reading costs in uncertainty and in work: noise of each sensor, scatter of each remounting, costs.
 
 use crate::campaign::{Campaign, Deviating, Kind, Observation, Reading, Readings, Scatter, Size};
+use crate::elements::numbered;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit;
 use crate::vocabulary::vocabulary;
@@ -331,15 +332,13 @@ pub(crate) fn grouped<T, K: std::hash::Hash + Eq>(keyed: impl IntoIterator<Item 
 /// The mounting of each reading, counted from 0. The same label again later is the same mounting, as the file format says; without labels only
 /// neighbours are.
 pub fn mountings(readings: &[Reading]) -> Vec<usize> {
-    let mut known: std::collections::HashMap<(&str, String, usize), usize> = std::collections::HashMap::new();
     let (mut run, mut before): (usize, Option<&Reading>) = (0, None);
-    let numbers = readings.iter().map(|reading| {
+    let key = |reading| {
         run += usize::from(!before.replace(reading).is_some_and(|last| same_mounting(last, reading)));
         let unlabelled = if reading.position.is_empty() { run } else { 0 };
-        let next = known.len();
-        *known.entry((reading.position.as_str(), format!("{:?}", mounting(reading)), unlabelled)).or_insert(next)
-    });
-    numbers.collect()
+        (reading.position.as_str(), format!("{:?}", mounting(reading)), unlabelled)
+    };
+    numbered(readings.iter().map(key)).0
 }
 
 /// The time of every reading in units of work, at its end; by number where work costs nothing.

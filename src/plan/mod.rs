@@ -9,9 +9,8 @@
 //! | file | subject |
 //! |---|---|
 //! | `effort.rs` | noise of the sensors, scatter of remounting, costs |
-//! | `judge.rs` | predicted uncertainties, also of derived quantities, what is not estimable, reliability, drift |
+//! | `judge.rs` | predicted uncertainties, also of derived quantities, what is not estimable, reliability, drift; known inputs, and the tilts through which they act |
 //! | `point.rs` | the point at which the rows are linearised, and what vanishes there |
-//! | `known.rs` | known inputs, and the tilts through which they act |
 //! | `candidates.rs` | sweeps, forbidden zones, portions; coarser sweeps within a finer one |
 //! | `whitened.rs` | rows made independent of each other, of a schedule or mounting by mounting; deviations that link positions, as unknowns after the parameters |
 //! | `pool.rs` | candidates as whitened rows in good coordinates |
@@ -19,18 +18,15 @@
 //! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; gradients of requested quantities |
 //! | `objective.rs` | objectives to be minimised, their values, and the worst of several variances |
 //! | `problem.rs` | an exchange problem, and its designs |
-//! | `request.rs` | what is asked of a plan |
 //! | `search.rs` | all designs where there are few, else many starts; the least number for which something is found; a choice among plain rows |
 //! | `state.rs` | a design in the making: what every candidate that comes (and a block that goes) does to the objective, and exchanges |
 //! | `exchange.rs` | one start: a first design, exchanges, perturbations; within a budget mountings that move and costs spent anew |
 //! | `prices.rs` | what chosen portions cost together |
 //! | `bound.rs` | the approximate design: the bound of every schedule |
-//! | `question.rs` | the question of every search (by number, budget or goal, or to discriminate), and the schedules of its answers |
-//! | `improve.rs` | the best positions, chosen or added |
-//! | `scheduled.rs` | angles between the candidates, and why each mounting is in a schedule |
+//! | `question.rs` | what is asked of a plan, also with effects as further unknowns; the question of every search (by number, budget or goal, or to discriminate), and the schedules of its answers |
+//! | `improve.rs` | the best positions, chosen or added; angles between the candidates, and why each mounting is in a schedule |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that discriminate between two effects, or between one effect and many |
-//! | `extended.rs` | effects as further unknowns |
 //! | `order.rs` | the order to run |
 //!
 //! Deliberately absent: readings (what was measured plays no part, except as a source of the noise), nonlinear design over unknown
@@ -43,11 +39,9 @@ mod criterion;
 mod discriminate;
 mod effort;
 mod exchange;
-mod extended;
 mod goal;
 mod improve;
 mod judge;
-mod known;
 mod objective;
 mod order;
 mod point;
@@ -55,8 +49,6 @@ mod pool;
 mod prices;
 mod problem;
 mod question;
-mod request;
-mod scheduled;
 mod search;
 mod state;
 mod whitened;
@@ -69,21 +61,18 @@ pub(crate) use discriminate::{DiscriminatingPosition, Separated, separate};
 pub use discriminate::{discriminate, discriminating_positions};
 pub use effort::{Costs, Noise, Offer, planned, positions_only};
 pub(crate) use effort::{NoiseSource, SensorNoise, Work, grouped, mounting, mountings};
-pub use extended::extended;
 pub use goal::{Goal, reach};
 pub(crate) use goal::{GoalOutcome, Reached};
-pub(crate) use improve::Improvement;
 pub use improve::improve;
+pub(crate) use improve::{Improvement, Reason, Refined};
 pub use judge::judge;
-pub(crate) use judge::{Judgement, Predicted, PredictedDerived, gradients, is_angle, repeated};
-pub(crate) use known::ThroughTilts;
+pub(crate) use judge::{Judgement, Predicted, PredictedDerived, ThroughTilts, gradients, is_angle, repeated};
 pub use objective::{Combinations, Objective};
 pub use order::{Order, ordered};
 pub use point::judged_at;
 pub(crate) use point::{Judged, Lacking, PointSource};
-pub(crate) use request::Progress;
-pub use request::{Method, Refinement, Request};
-pub(crate) use scheduled::{Reason, Refined};
+pub(crate) use question::Progress;
+pub use question::{Method, Refinement, Request, extended};
 pub use search::choose;
 pub(crate) use whitened::Independent;
 pub use whitened::Term;

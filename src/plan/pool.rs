@@ -235,7 +235,7 @@ const FINEST: usize = 720;
 
 /// Is an angle a multiple of a turn divided by `steps`? A joint that turns is on every grid.
 fn is_on_grid(state: &JointState, steps: usize) -> bool {
-    let JointState::Held { angle_deg } = state else { return true };
+    let Some(angle_deg) = state.held_deg() else { return true };
     let at = angle_deg / 360.0 * steps as f64;
     (at - at.round()).abs() < 1e-9
 }

@@ -19,7 +19,7 @@ use crate::campaign::{Campaign, Per, Reading, Readings};
 use crate::design::{self, DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{self, Estimate, Felt, Group, Pattern, ScatterLine, System, Whitening, product_by_rows};
+use crate::estimate::{self, Estimate, Felt, Pattern, ScatterLine, System, Whitening, product_by_rows};
 use crate::fit;
 use crate::simulate::{self, Regressor};
 use faer::Mat;
@@ -38,15 +38,15 @@ impl Independent {
     /// The rows of a design.
     pub fn new(campaign: &Campaign, design: &DesignMatrix, noise: &Noise) -> Self {
         let n = campaign.unknowns();
-        let (m, priors) = (design.rows.len(), priors(campaign));
+        let (m, priors) = (design.rows.len(), campaign.priors().collect::<Vec<_>>());
         let (mut u, lines, variance) = parts(campaign, design, noise);
-        u.extend(priors.iter().map(|(_, u)| *u));
+        u.extend(priors.iter().map(|(.., u)| *u));
         let total = m + priors.len();
         let mut rows = Mat::zeros(total, n);
         for j in 0..n {
             rows.col_as_slice_mut(j)[..m].copy_from_slice(&design.jacobian.col_as_slice(j)[..m]);
         }
-        for (p, (k, _)) in priors.iter().enumerate() {
+        for (p, (k, ..)) in priors.iter().enumerate() {
             rows[(m + p, *k)] = 1.0;
         }
         let felt = lines.iter().any(|line| !line.felt.is_empty());
@@ -197,7 +197,7 @@ pub(super) fn with_priors(
 ) -> Result<Vec<Vec<f64>>> {
     let (n, parameters) = (augmentation.columns(campaign), campaign.unknowns());
     let mut rows = whitened(campaign, kept, noise, augmentation, false)?;
-    rows.extend(priors(campaign).into_iter().map(|(k, u)| single(n, k, 1.0 / u)));
+    rows.extend(campaign.priors().map(|(k, _, u)| single(n, k, 1.0 / u)));
     rows.extend(augmentation.deviations.iter().enumerate().map(|(k, d)| single(n, parameters + k, 1.0 / d.sd)));
     Ok(rows)
 }
@@ -225,7 +225,7 @@ pub(super) fn adjusted(campaign: &Campaign, rows: &[Vec<f64>], n: usize) -> Resu
 
 /// Rows without values.
 fn unobserved(rows: Mat<f64>, u: Vec<f64>) -> System {
-    System { rows, observed: vec![0.0; u.len()], group: vec![Group::Known; u.len()], u }
+    System::known(rows, vec![0.0; u.len()], u)
 }
 
 /// Nothing is observed, so there is no solution to refine.
@@ -317,11 +317,6 @@ fn term_columns(
         }
     }
     Ok(columns)
-}
-
-/// Estimated parameters with a prior, and its standard uncertainty.
-fn priors(campaign: &Campaign) -> Vec<(usize, f64)> {
-    campaign.priors().map(|(k, _, u)| (k, u)).collect()
 }
 
 /// Does a line of scatter have deviations that positions share?

@@ -3,7 +3,7 @@
 use super::Regressor;
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::design::{Context, Kinematics, Node, RowOrigin, SensorModel, Smoothness, Workspace, kinematics, nodes};
-use crate::elements::Elements;
+use crate::elements::{Elements, numbered};
 use crate::error::{Fault, Malformed, Result};
 
 /// Nodes of one turn for terms with kinks or jumps: a column needs no more than four digits.
@@ -30,16 +30,11 @@ type Instants = (Smoothness, Vec<(Node, Kinematics)>);
 impl<'a> Table<'a> {
     /// Prepare the readings of a campaign; tilts in chain order, `point` in parameter order.
     pub fn new(campaign: &'a Campaign, tilts: &'a [f64], point: &'a [f64]) -> Self {
+        let rows = &campaign.readings.rows;
+        let (state, _) = numbered(rows.iter().map(|row| row.joints.iter().map(JointState::bits).collect::<Vec<_>>()));
         let mut states: Vec<(&Reading, Vec<Instants>)> = Vec::new();
-        let mut seen = std::collections::HashMap::new();
-        let mut state = Vec::with_capacity(campaign.readings.rows.len());
-        for reading in &campaign.readings.rows {
-            let key: Vec<[u64; 3]> = reading.joints.iter().map(JointState::bits).collect();
-            let index = *seen.entry(key).or_insert_with(|| {
-                states.push((reading, Vec::new()));
-                states.len() - 1
-            });
-            state.push(index);
+        for (reading, number) in rows.iter().zip(&state) {
+            states.extend((*number == states.len()).then(|| (reading, Vec::new())));
         }
         Table { campaign, tilts, point, state, states, at: Kinematics::default(), work: Workspace::default() }
     }
@@ -202,10 +197,7 @@ fn slopes(campaign: &Campaign, column: usize) -> Vec<f64> {
 /// For each reading, the sense in which a held joint was last moved (the shorter way round); 0 before its first move.
 fn senses(campaign: &Campaign, joint: usize) -> Vec<f64> {
     let (mut before, mut sense) = (None, 0.0);
-    let angle = |reading: &Reading| match reading.joints.get(joint) {
-        Some(JointState::Held { angle_deg }) => Some(*angle_deg),
-        _ => None,
-    };
+    let angle = |reading: &Reading| reading.joints.get(joint)?.held_deg();
     campaign
         .readings
         .rows

@@ -17,9 +17,7 @@ pub(crate) use columns::{columns, indicator};
 pub(crate) use deviations::TrueScatter;
 pub use regressor::Regressor;
 
-use crate::algebra::Expression;
-use crate::bench::Sensor;
-use crate::campaign::{Campaign, Kind, Observation, coefficient_unit};
+use crate::campaign::{Campaign, Kind, Observation, is_axis_input};
 use crate::design::{self, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -70,23 +68,10 @@ impl Hidden {
         Ok(Hidden { regressor: Regressor::parse(campaign, sensor, regressor)?, value, sensor })
     }
 
-    /// The unit of its coefficient: radians for a tilt, else the unit that follows from the sensor's line with the term; `None` where that is open.
+    /// The unit of its coefficient; `None` where that is open.
     pub(crate) fn unit(&self, campaign: &Campaign) -> Option<String> {
         let sensor = self.sensor.or((campaign.bench.sensors.len() == 1).then_some(0));
-        let sensor = sensor.and_then(|k| campaign.bench.sensors.get(k));
-        match &self.regressor {
-            Regressor::Tilt(k) | Regressor::Known(k) | Regressor::Prior(k) => {
-                campaign.parameters.get(*k).map(|p| p.unit.clone())
-            }
-            Regressor::Term(line) => {
-                let any = sensor.or(campaign.bench.sensors.first())?;
-                let coefficient = Expression::parse("its_coefficient").ok()?;
-                let mut bench = campaign.bench.clone();
-                bench.sensors = vec![Sensor { model: coefficient.times(line), ..any.clone() }];
-                coefficient_unit(&bench, &campaign.readings.columns, "its_coefficient")
-            }
-            _ => sensor.map(|s| s.unit.clone()),
-        }
+        self.regressor.unit(campaign, sensor, "its_coefficient")
     }
 }
 
@@ -179,6 +164,23 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         reading.planned_u.clear();
     }
     Ok(campaign)
+}
+
+/// How large each input of a model line could be: gravity along an axis, the fastest rate, any angle, the largest value of a column.
+pub(crate) fn largest_inputs(campaign: &Campaign) -> impl Fn(&str) -> f64 {
+    let (bench, readings) = (&campaign.bench, &campaign.readings);
+    let rates = readings.rows.iter().flat_map(|row| row.joints.iter().map(|s| s.rate_deg_s().abs()));
+    let rate = rates.map(|rate| rate * bench.units.rate.per_deg_s()).fold(bench.earth_rate().norm(), f64::max);
+    move |name| match name {
+        axis if is_axis_input(bench, axis) && axis.starts_with("w_") => rate,
+        axis if is_axis_input(bench, axis) => bench.specific_force().norm(),
+        joint if bench.joints().any(|id| id == joint) => 0.7, // radians: no low harmonic is small there
+        column => {
+            let at = readings.columns.iter().position(|id| id == column);
+            let values = readings.rows.iter().filter_map(|row| row.columns.get(at?).copied().flatten());
+            values.fold(0.0, |most, v| v.abs().max(most))
+        }
+    }
 }
 
 /// Is this parameter a tilt?

@@ -2,7 +2,8 @@
 
 use super::is_tilt;
 use crate::algebra::Expression;
-use crate::campaign::{Campaign, Role};
+use crate::bench::Sensor;
+use crate::campaign::{Campaign, Role, coefficient_unit};
 use crate::design::SensorModel;
 use crate::error::{Fault, Malformed, Result};
 
@@ -39,6 +40,24 @@ pub enum Regressor {
 }
 
 impl Regressor {
+    /// The unit of its coefficient: radians for a tilt, else the unit that follows from the sensor's line with the term, where the coefficient has this
+    /// name; `None` where that is open.
+    pub(crate) fn unit(&self, campaign: &Campaign, sensor: Option<usize>, coefficient: &str) -> Option<String> {
+        let sensor = sensor.and_then(|k| campaign.bench.sensors.get(k));
+        match self {
+            Regressor::Tilt(k) | Regressor::Known(k) | Regressor::Prior(k) => {
+                campaign.parameters.get(*k).map(|p| p.unit.clone())
+            }
+            Regressor::Term(line) => {
+                let model = Expression::parse(coefficient).ok()?.times(line);
+                let mut bench = campaign.bench.clone();
+                bench.sensors = vec![Sensor { model, ..sensor.or(campaign.bench.sensors.first())?.clone() }];
+                coefficient_unit(&bench, &campaign.readings.columns, coefficient)
+            }
+            _ => sensor.map(|s| s.unit.clone()),
+        }
+    }
+
     /// Read a regressor as reports write it: a term, or `tilt:ID`, `known:ID`, `position:LABEL`, `reading:N` (from 1),
     /// `exchange:N:M`, `approach:JOINT`, `rate:COLUMN` (per second, or per reading without time_s), `sense:COLUMN`.
     ///

@@ -8,14 +8,6 @@ use crate::error::{Fault, Malformed, Result};
 const LONGEST: usize = 200;
 const DEEPEST: usize = 20;
 
-/// Names that the table does not have.
-enum Unlisted<'a> {
-    /// These are base units; any other is refused.
-    These(&'a [String]),
-    /// Each is a base unit.
-    Any,
-}
-
 impl Unit {
     /// Read a unit: names of the table, `1`, `*`, `/` (from the left), `^`, `sqrt( )` and parentheses.
     ///
@@ -33,17 +25,17 @@ impl Unit {
 
     /// The same, with further names, each a base unit.
     pub(crate) fn parse_with(text: &str, names: &[String]) -> Result<Unit> {
-        unit(text, Unlisted::These(names)).map(|(unit, _)| unit)
+        unit(text, Some(names)).map(|(unit, _)| unit)
     }
 
     /// A unit with any names: those that the table does not have are returned with it, each a base unit.
     pub fn parse_any(text: &str) -> Result<(Unit, Vec<String>)> {
-        unit(text, Unlisted::Any)
+        unit(text, None)
     }
 }
 
-/// Read a unit, with the names in it that the table does not have.
-fn unit(text: &str, unlisted: Unlisted<'_>) -> Result<(Unit, Vec<String>)> {
+/// Read a unit, with the names in it that the table does not have: base units are those that are listed, and where there is no list any.
+fn unit(text: &str, unlisted: Option<&[String]>) -> Result<(Unit, Vec<String>)> {
     if text.len() > LONGEST {
         return Err(Malformed::new(Fault::Syntax, "the unit is too long")
             .expected(format!("at most {LONGEST} bytes"))
@@ -61,7 +53,7 @@ fn unit(text: &str, unlisted: Unlisted<'_>) -> Result<(Unit, Vec<String>)> {
 struct Reader<'a> {
     text: &'a str,
     at: usize,
-    unlisted: Unlisted<'a>,
+    unlisted: Option<&'a [String]>,
     named: Vec<String>,
     depth: usize,
 }
@@ -226,10 +218,7 @@ impl Reader<'_> {
     }
 
     fn named(&mut self, name: &str, start: usize) -> Result<Unit> {
-        let is_allowed = match self.unlisted {
-            Unlisted::Any => true,
-            Unlisted::These(names) => names.iter().any(|other| other == name),
-        };
+        let is_allowed = self.unlisted.is_none_or(|names| names.iter().any(|other| other == name));
         // digits at the end of a name are its power: `m/s2`; alone, `V1` is the name of a channel
         let bare = name.trim_end_matches(|c: char| c.is_ascii_digit());
         if start > 0

@@ -6,9 +6,7 @@ mod common;
 mod factor;
 #[path = "../../src/diagnosis/score.rs"]
 mod score;
-#[path = "../../src/diagnosis/settings.rs"]
-mod settings;
 
+pub use common::Settings;
 pub(crate) use common::{DIFFERENT, Gap, LENGTHS, NoiseFrom, Step, Verdict, share_of_wave};
 pub(crate) use score::{Class, Deviations, Kernel, Posterior, Priors, Problem, Score};
-pub use settings::Settings;
