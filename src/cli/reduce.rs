@@ -5,7 +5,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::reduce::Channel;
 use crate::report;
-use crate::wire::{self, Encoder, Recipe, ReducedReading, Schedule, SegmentsBy};
+use crate::wire::{self, Encoder, Folder, Recipe, ReducedReading, Schedule, SegmentsBy};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -99,9 +99,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
 }
 
 fn schedule(path: &Path) -> Result<Schedule> {
-    let source = files::read(path)?;
-    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    wire::read_schedule(&source, &mut |name| files::read(&folder.join(name)))
+    let mut folder = files::Beside::new(path);
+    wire::read_schedule(&files::read(path)?, &mut |name| folder.text(name))
 }
 
 fn recipe(arguments: &Arguments) -> Result<Recipe> {
