@@ -1,7 +1,7 @@
 //! An error as a person reads it: the sentence, the place with the line and a caret, what was expected and what was found.
 
 use crate::document::wrap;
-use crate::elements::TextPart;
+use crate::elements::Parts;
 use crate::error::{Malformed, Place};
 use crate::language::say;
 use std::path::Path;

@@ -108,12 +108,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
             return Err(Malformed::new(Fault::Value, "a stream of text cannot be written as Parquet")
                 .expected("a record in a file, or --out with a name that ends in .csv"));
         }
-        let mut open = || super::log::open(&arguments.log);
+        let mut open = || super::files::open(&arguments.log);
         stream = columns::to_columns(&correction, &mut open, &mut counts, stream)?;
     } else {
         let record = match is_stream {
             true => Record::of_stream("-", std::io::stdin()),
-            false => super::log::open(&arguments.log),
+            false => super::files::open(&arguments.log),
         };
         let written = record.and_then(|record| columns::to_text(&correction, record, &mut counts, &mut stream));
         written.inspect_err(|error| {

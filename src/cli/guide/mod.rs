@@ -21,7 +21,7 @@ mod table;
 mod view;
 
 use super::outputs::Outputs;
-use super::{Outcome, files, log, plan as options};
+use super::{Outcome, files, plan as options};
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::{Ending, Guide, Settings};
 use crate::language::Language;
@@ -61,7 +61,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TITLES", requires = "stream")]
     titles: Option<String>,
     #[command(flatten)]
-    clock: log::Clock,
+    clock: files::Clock,
     /// Window of the static detector, s, and guard time at both ends of a standstill.
     #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = super::reduce::positive, requires = "stream")]
     window: f64,
