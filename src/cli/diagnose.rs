@@ -3,7 +3,7 @@
 use super::files::Catalogue;
 use super::outputs::Outputs;
 use super::pages;
-use super::{Outcome, batch, batch_diagnose, devices, files};
+use super::{Outcome, batch, devices, files};
 use crate::diagnosis::{self, Diagnosis, Verdict};
 use crate::document::chart::Chart;
 use crate::document::wrap;
@@ -87,7 +87,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             ("--json", arguments.json.is_some()),
         ];
         devices::refuse_many(single, "--to FILE for a row a device, or the readings of one device")?;
-        return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings, lang);
+        return batch::diagnose(&question, &arguments.many, &catalogue, &settings, lang);
     };
     arguments.many.refuse_alone(&[])?;
     batch::note_repeated(&campaign);

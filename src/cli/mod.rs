@@ -6,8 +6,6 @@
 
 mod apply;
 mod batch;
-mod batch_diagnose;
-mod batch_reports;
 mod bench;
 mod calibrations;
 mod check;

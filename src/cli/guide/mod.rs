@@ -150,10 +150,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Some(step) => plan::sweep(&campaign, step)?,
         None => campaign.readings.clone(),
     };
-    let truth = match &arguments.simulate {
-        Some(path) => Some(wire::read_truth(&files::read(path)?, &campaign)?),
-        None => None,
-    };
+    let truth = arguments.simulate.as_ref().map(|path| wire::read_truth(&files::read(path)?, &campaign)).transpose()?;
     let guide = Guide::new(&campaign, &candidates, &catalogue.effects, settings).map_err(located)?;
     let digest = Input::new("", source.text.as_bytes()).sha256;
     let path = arguments.journal.clone().unwrap_or_else(|| journal_of(&arguments.output));

@@ -44,10 +44,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let (longer, names) = plan::extended(&asked, &terms).map_err(located)?;
         (without, coefficients) = (Some(std::mem::replace(&mut asked, longer)), names);
     }
-    let fitted = match asked.is_measured() {
-        true => fit::fit(&asked, &fit::Settings::default()).ok(),
-        false => None,
-    };
+    let fitted = asked.is_measured().then(|| fit::fit(&asked, &fit::Settings::default()).ok()).flatten();
     // the readings, which may be many, are lent to the campaign at the point of judging and not copied
     let at = point(&arguments.at, &asked)?;
     let readings = std::mem::take(&mut asked.readings);
