@@ -18,7 +18,7 @@ use crate::plan::{self, Costs, Goal, Noise, NoiseSource, Offer};
 use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
 pub(super) use asked::{costs, named_number, parse_goals};
-use asked::{criterion_name, extras, find_candidates, noise, point, request, term};
+use asked::{criterion_name, extras, find_candidates, noise, request, term, values};
 use find::shown_from;
 use indicatif::ProgressBar;
 use std::path::Path;
@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     }
     let fitted = asked.is_measured().then(|| fit::fit(&asked, &fit::Settings::default()).ok()).flatten();
     // the readings, which may be many, are lent to the campaign at the point of judging and not copied
-    let at = point(&arguments.at, &asked)?;
+    let at = values(&arguments.at, "--at", "K=1.3", &asked)?;
     let readings = std::mem::take(&mut asked.readings);
     let plan::Judged { mut campaign, from } = plan::judged_at(&asked, &at, fitted.as_ref())?;
     campaign.readings = readings;
