@@ -6,6 +6,7 @@
 
 use std::collections::HashMap;
 use std::hash::Hash;
+use std::slice::SliceIndex;
 
 /// Of each key its number, counted from 0 in the order in which they first occur; and how many there are.
 pub(crate) fn numbered<K: Hash + Eq>(keys: impl IntoIterator<Item = K>) -> (Vec<usize>, usize) {
@@ -91,23 +92,28 @@ impl<T> Elements for [Vec<T>] {
     }
 }
 
-/// Parts of a list by a range that lies within it.
-pub(crate) trait Parts<T> {
-    /// The elements of `range`; none if it is not within the list.
-    fn part<R>(&self, range: R) -> &[T]
-    where
-        R: std::slice::SliceIndex<[T], Output = [T]>;
+/// Parts of a list or a text by a range that lies within it, of a text from one character's edge to another's.
+pub(crate) trait Parts {
+    /// What is in `range`; nothing if that is not within it.
+    fn part<R: SliceIndex<Self, Output = Self>>(&self, range: R) -> &Self;
 }
 
-impl<T> Parts<T> for [T] {
+impl<T> Parts for [T] {
     #[inline]
     #[track_caller]
-    fn part<R>(&self, range: R) -> &[T]
-    where
-        R: std::slice::SliceIndex<[T], Output = [T]>,
-    {
+    fn part<R: SliceIndex<Self, Output = Self>>(&self, range: R) -> &Self {
         let part = self.get(range);
         debug_assert!(part.is_some(), "a range beyond {} elements", self.len());
+        part.unwrap_or_default()
+    }
+}
+
+impl Parts for str {
+    #[inline]
+    #[track_caller]
+    fn part<R: SliceIndex<Self, Output = Self>>(&self, range: R) -> &Self {
+        let part = self.get(range);
+        debug_assert!(part.is_some(), "a range beyond a text of {} bytes, or within a character", self.len());
         part.unwrap_or_default()
     }
 }
@@ -125,25 +131,4 @@ pub(crate) fn first_odd(values: &[f64], is_odd: impl Fn(f64) -> bool) -> Option<
         before += part.len();
     }
     None
-}
-
-/// Parts of a text by a range that lies within it, from one character's edge to another's.
-pub(crate) trait TextPart {
-    /// The characters of `range`; none if it is not within the text.
-    fn part<R>(&self, range: R) -> &str
-    where
-        R: std::slice::SliceIndex<str, Output = str>;
-}
-
-impl TextPart for str {
-    #[inline]
-    #[track_caller]
-    fn part<R>(&self, range: R) -> &str
-    where
-        R: std::slice::SliceIndex<str, Output = str>,
-    {
-        let part = self.get(range);
-        debug_assert!(part.is_some(), "a range beyond a text of {} bytes, or within a character", self.len());
-        part.unwrap_or_default()
-    }
 }

@@ -1,7 +1,7 @@
 //! From text to the postfix order of its tree, and from chumsky's errors to those of this crate.
 
 use super::function::{ATAN2, Function, Item, Operator};
-use crate::elements::TextPart;
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use chumsky::error::{RichPattern, RichReason};
 use chumsky::pratt::{infix, left, prefix, right};

@@ -1,19 +1,25 @@
-//! One fit a device: `tumble fit CAMPAIGN --by COLUMN`, `--readings FILE...`.
+//! One answer a device: `tumble fit CAMPAIGN --by COLUMN`, `--readings FILE...`; with `--reports FOLDER` a page of its own for each device that is not in order or
+//! stands apart, to which the summary leads; `tumble diagnose CAMPAIGN --by COLUMN`: which device has which effect.
 
 use super::Outcome;
-use super::batch_reports::{self, Reports};
-use super::devices::{DeviceCampaign, Many, Passed};
-use super::pages::Pages;
-use super::rows::{Cell, Format, Kind, Rows, Titles};
-use crate::batch::{self, Device, Fleet, Row, Schedules, Summary};
+use super::devices::{DeviceCampaign, DeviceTable, Many, Passed};
+use super::files::Catalogue;
+use super::outputs::Outputs;
+use super::pages::{self, Pages, Texts};
+use super::rows::{Cell, Format, Kind, Rows, Shortest, Titles};
+use crate::batch::{self, Device, Fleet, Row, Schedules, Summary, Verdict};
 use crate::campaign::Campaign;
+use crate::diagnosis::{self, Diagnosis, Finding};
+use crate::document::{html, terminal};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Settings};
-use crate::language::Language;
-use crate::report;
-use std::collections::BTreeMap;
+use crate::language::{Language, say};
+use crate::report::{self, BatchReport};
+use crate::wire;
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// Most devices whose rows are shown on a terminal.
 const SHOWN: usize = 40;
@@ -82,7 +88,7 @@ pub(super) fn fit(
         found.inputs = table.inputs()?;
     }
     let devices = match reports {
-        Some(folder) => batch_reports::reports(&table, folder, pages.linked(), &found, settings, lang)?,
+        Some(folder) => self::reports(&table, folder, pages.linked(), &found, settings, lang)?,
         None => Reports::default(),
     };
     if let Some(folder) = reports.filter(|_| !devices.texts.is_empty()) {
@@ -155,4 +161,222 @@ pub(super) fn note_repeated(campaign: &Campaign) {
         "note: the column '{column}' repeats the schedule for {devices} labels, and all their readings are fitted together as one device; \
          --by {column} fits each by itself"
     ));
+}
+
+/// Most devices that get a page.
+const MOST_PAGES: usize = 100;
+
+/// Pages of devices, and where the summary finds them.
+#[derive(Debug, Default)]
+struct Reports {
+    texts: Texts,
+    links: BTreeMap<String, String>,
+}
+
+/// Read the table again and fit those devices by themselves; `summary` is the page that leads to them.
+fn reports(
+    table: &DeviceTable<'_>,
+    folder: &Path,
+    summary: Option<&Path>,
+    report: &BatchReport,
+    settings: &Settings,
+    lang: Language,
+) -> Result<Reports> {
+    let fitted =
+        report.not_in_order.iter().filter(|entry| entry.verdict != Verdict::Malformed).map(|entry| &entry.label);
+    let mut wanted: Vec<&String> = Vec::new();
+    for label in fitted
+        .chain(report.outlying.iter().map(|entry| &entry.label))
+        .chain(report.noisy.iter().map(|entry| &entry.label))
+    {
+        if !wanted.contains(&label) && wanted.len() < MOST_PAGES {
+            wanted.push(label);
+        }
+    }
+    let names = file_names(&wanted);
+    let inputs = table.inputs()?;
+    let mut made = Reports::default();
+    table.read(&mut |passed| {
+        let Passed::Devices(devices, layout) = passed else {
+            made = Reports::default();
+            return Ok(true);
+        };
+        for device in &devices {
+            let Some(name) = names.get(&device.label) else { continue };
+            // what is wrong with a device that cannot be fitted stands in its row
+            let Ok(fit) = table.campaign(layout, device).and_then(|campaign| fit::fit_owned(campaign, settings)) else {
+                continue;
+            };
+            let mut page = pages::document_of(&fit, &report::fit_report(&fit), &inputs, lang);
+            page.title = format!("{}: {}", device.label, page.title);
+            let path = folder.join(name);
+            made.links.insert(device.label.clone(), link(summary, &path));
+            made.texts.push((path, html::render(&page)?.into_bytes()));
+        }
+        Ok(true)
+    })?;
+    Ok(made)
+}
+
+/// A file name for each label: letters, digits, `-`, `_` and `.` stay, everything else becomes `_`; two of one name are numbered.
+fn file_names(labels: &[&String]) -> BTreeMap<String, String> {
+    let mut taken = BTreeSet::new();
+    let mut names = BTreeMap::new();
+    for label in labels {
+        let keeps = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.');
+        let plain: String = label.chars().take(80).map(|c| if keeps(c) { c } else { '_' }).collect();
+        let plain = plain.trim_start_matches('.');
+        let mut name = format!("{plain}.html");
+        let mut number = 2;
+        // files of one folder may not differ in capitals alone
+        while !taken.insert(name.to_lowercase()) {
+            name = format!("{plain}-{number}.html");
+            number += 1;
+        }
+        names.insert((*label).clone(), name);
+    }
+    names
+}
+
+/// The way from a page to a file: relative where the file lies below the page's folder.
+fn link(from: Option<&Path>, to: &Path) -> String {
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let to = absolute(to);
+    let folder = from.map(absolute).and_then(|page| page.parent().map(Path::to_path_buf));
+    let below: PathBuf = match folder.and_then(|folder| to.strip_prefix(folder).ok().map(Path::to_path_buf)) {
+        Some(below) => below,
+        None => to,
+    };
+    let part = |part: Component<'_>| match part {
+        Component::Normal(part) => Some(encoded(&part.to_string_lossy())),
+        _ => None,
+    };
+    let parts: Vec<String> = below.components().filter_map(part).collect();
+    format!("{}{}", if below.is_absolute() { "file:///" } else { "" }, parts.join("/"))
+}
+
+/// Bytes that an address does not have, in hexadecimal.
+fn encoded(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for byte in text.bytes() {
+        match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => out.push(char::from(byte)),
+            _ => out.push_str(&format!("%{byte:02X}")),
+        }
+    }
+    out
+}
+
+/// Diagnose every device by itself.
+pub(super) fn diagnose(
+    question: &DeviceCampaign,
+    many: &Many,
+    catalogue: &Catalogue,
+    settings: &diagnosis::Settings,
+    lang: Language,
+) -> Result<Outcome> {
+    let table = question.table(true, None)?;
+    // what is wrong with the question itself (the significance, the catalogue) is no device's answer
+    settings.check()?;
+    let mut outputs = Outputs::plan([many.to.as_deref()])?;
+    let target = many.to.clone().unwrap_or_else(|| PathBuf::from("-"));
+    Format::of(&target)?;
+    let bar = table.bar();
+    let mut found: Vec<Diagnosed> = Vec::new();
+    table.read(&mut |passed| {
+        let Passed::Devices(devices, layout) = passed else {
+            found.clear();
+            bar.reset();
+            return Ok(true);
+        };
+        let one = |device: &Device| {
+            let campaign = table.campaign(layout, device);
+            let diagnosed = campaign.and_then(|c| diagnosis::diagnose(&c, &catalogue.effects, settings));
+            bar.inc(device.rows as u64);
+            Diagnosed::new(device, &diagnosed.map_err(|error| wire::locate(error, &question.source)))
+        };
+        found.par_extend(devices.par_iter().map(one));
+        Ok(true)
+    })?;
+    bar.finish_and_clear();
+    let (mut effects, mut verdicts) = (BTreeMap::<(String, String), usize>::new(), BTreeMap::<&str, usize>::new());
+    let mut cells = Vec::with_capacity(found.len());
+    for diagnosed in found {
+        *verdicts.entry(diagnosed.verdict).or_default() += 1;
+        // one effect in several sensors of a device is one device
+        let of_device: BTreeSet<(String, String)> = diagnosed.effects.into_iter().collect();
+        of_device.into_iter().for_each(|effect| *effects.entry(effect).or_default() += 1);
+        cells.push(diagnosed.cells);
+    }
+    let mut rows = Rows::begin(&target, outputs.open(&target)?, titles_of_diagnoses(table.by()), &[])?;
+    rows.write(&cells)?;
+    outputs.finish(rows.finish()?);
+    outputs.write()?;
+    let mut counts: Vec<((String, String), usize)> = effects.into_iter().collect();
+    counts.sort_by_key(|b| std::cmp::Reverse(b.1));
+    let said: Vec<String> = verdicts.iter().map(|(verdict, n)| format!("{n} {}", lang.term(verdict))).collect();
+    let devices = lang.count(cells.len(), "device");
+    let devices = say!(lang, "grouped-by", what = devices, by = table.by());
+    let mut text = format!("{devices}{}{}\n", lang.colon(), said.join(lang.comma()));
+    if !counts.is_empty() {
+        let cells: Vec<Vec<String>> = counts
+            .iter()
+            .map(|((regressor, name), n)| vec![n.to_string(), regressor.clone(), lang.name(name).into_owned()])
+            .collect();
+        text += &format!(
+            "\n{}",
+            terminal::plain(&[say!(lang, "devices"), say!(lang, "effect"), say!(lang, "meaning")], &cells)
+        );
+    }
+    match &many.to {
+        Some(_) => super::print(&text)?,
+        // rows are on stdout
+        None => super::note(text.trim_end()),
+    }
+    let nothing = diagnosis::Verdict::NothingMissing.name();
+    Ok(if verdicts.keys().all(|verdict| *verdict == nothing) { Outcome::Done } else { Outcome::Rejected })
+}
+
+/// What stays of the diagnosis of a device.
+struct Diagnosed {
+    verdict: &'static str,
+    /// Terms and names.
+    effects: Vec<(String, String)>,
+    cells: Vec<Cell<'static>>,
+}
+
+fn titles_of_diagnoses(by: &str) -> Titles {
+    let names = ["verdict", "effects", "regressors", "names", "values", "u", "units", "p", "aliases", "why"];
+    let kind = |name: &str| if name == "effects" { Kind::Count } else { Kind::Text };
+    [(by.to_string(), Kind::Text)].into_iter().chain(names.map(|name| (name.to_string(), kind(name)))).collect()
+}
+
+impl Diagnosed {
+    /// Its cells: how many effects, and the regressors, values, u, probabilities and aliases of all of them, parted by semicolons.
+    fn new(device: &Device, diagnosis: &Result<Diagnosis>) -> Self {
+        let verdict = diagnosis.as_ref().map_or("malformed", |diagnosis| diagnosis.verdict.name());
+        let effects: &[Finding] = diagnosis.as_ref().map_or(&[], |diagnosis| &diagnosis.effects);
+        let all = |of: &dyn Fn(&Finding) -> String| effects.iter().map(of).collect::<Vec<_>>().join("; ");
+        let number = |x: Option<f64>| x.map_or(String::new(), |x| Shortest(x).to_string());
+        let texts = [
+            all(&|f| f.effect.regressor.clone()),
+            all(&|f| f.effect.name.clone()),
+            all(&|f| number(f.value)),
+            all(&|f| number(f.u)),
+            all(&|f| f.unit.clone()),
+            all(&|f| number(Some(f.p))),
+            all(&|f| f.aliases.iter().map(|alias| alias.regressor.as_str()).collect::<Vec<_>>().join(" or ")),
+            diagnosis.as_ref().err().map_or(String::new(), |error| {
+                let found = error.finding().map_or(String::new(), |found| format!("; found: {found}"));
+                format!("{} ({}){found}", error.what(), error.place().path)
+            }),
+        ];
+        let first = [Cell::Text(device.label.clone().into()), Cell::Text(verdict.into()), Cell::Count(effects.len())];
+        let named = |finding: &Finding| (finding.effect.regressor.clone(), finding.effect.name.clone());
+        Diagnosed {
+            verdict,
+            effects: effects.iter().map(named).collect(),
+            cells: first.into_iter().chain(texts.map(|text| Cell::Text(text.into()))).collect(),
+        }
+    }
 }

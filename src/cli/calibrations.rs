@@ -60,6 +60,11 @@ pub(super) fn of_other_readings(before: &Stored, after: &Stored) -> Result<()> {
         .in_file(&after.source.name))
 }
 
+/// The serial number of the unit that a report is about.
+pub(super) fn serial(report: &FitReport) -> Option<String> {
+    report.identity.unit.as_ref().and_then(|unit| unit.serial.clone())
+}
+
 impl Stored {
     pub(super) fn correction(&self) -> Result<CorrectionFile> {
         self.report.correction.clone().ok_or_else(|| {
@@ -76,12 +81,8 @@ impl Stored {
 
     /// Lines that say which unit it is about.
     pub(super) fn identity(&self) -> Vec<String> {
-        let serial = self.serial().map(|serial| format!("Serial number: {serial}."));
+        let serial = serial(&self.report).map(|serial| format!("Serial number: {serial}."));
         serial.into_iter().chain(self.date().map(|date| format!("Date of calibration: {date}."))).collect()
-    }
-
-    fn serial(&self) -> Option<String> {
-        self.report.identity.unit.as_ref().and_then(|unit| unit.serial.clone())
     }
 
     fn date(&self) -> Option<String> {
@@ -110,7 +111,7 @@ impl Stored {
             file: self.source.name.clone(),
             bench: self.report.bench.clone(),
             date: self.date(),
-            serial: self.serial(),
+            serial: serial(&self.report),
         }
     }
 }

@@ -1,34 +1,41 @@
-//! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE` (`navigate_diagnose.rs`).
+//! `tumble diagnose CAMPAIGN`, and `tumble diagnose MISSION --measured FILE`.
 
 use super::files::Catalogue;
 use super::outputs::Outputs;
 use super::pages;
-use super::{Outcome, batch, batch_diagnose, devices, files};
+use super::{Outcome, batch, devices, files};
 use crate::diagnosis::{self, Diagnosis, Verdict};
+use crate::document::chart::Chart;
 use crate::document::wrap;
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::Remount;
 use crate::language::{Language, say};
+use crate::navigate::cause::Cause;
+use crate::navigate::diagnose::{NavigationDiagnosis, diagnose_with};
+use crate::navigate::errors::Instrument;
+use crate::navigate::settings;
+use crate::number;
 use crate::report;
-use crate::wire::{self, BenchRef};
+use crate::wire::{self, BenchRef, MissionFile};
 use clap::Args;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// What to diagnose and what to write.
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
     /// The campaign file (JSON; standard input with '-'), or a mission file with '--measured'.
     #[arg(required_unless_present = "readings")]
-    pub(super) campaign: Option<PathBuf>,
+    campaign: Option<PathBuf>,
     /// Measured navigation errors of a mission (CSV, with the columns of `tumble navigate --csv`, and `_u` for their standard uncertainties).
     #[arg(long, value_name = "FILE", conflicts_with = "effects")]
-    pub(super) measured: Option<PathBuf>,
+    measured: Option<PathBuf>,
     /// A catalogue of further effects to try with the built-in ones (`tumble schema effects` has its form).
     #[arg(long, value_name = "FILE")]
     effects: Option<PathBuf>,
     /// Probability of reporting an effect when none is missing.
     #[arg(long, default_value_t = 0.01, value_name = "P", allow_negative_numbers = true)]
-    pub(super) significance: f64,
+    significance: f64,
     /// Random offset of each sensor at each position (set-up repeatability): 'estimate' its variance, or state its standard uncertainty in
     /// the sensor's unit. Other random effects are "scatter" lines of the campaign.
     #[arg(long, value_name = "estimate|U", value_parser = super::fit::remount, allow_negative_numbers = true, conflicts_with = "measured")]
@@ -36,14 +43,14 @@ pub(super) struct Arguments {
     /// Write the repaired bench to NAME.bench.json and the repaired campaign to NAME.campaign.json in the same folder; with '--measured' the
     /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
-    pub(super) write_model: Option<PathBuf>,
+    write_model: Option<PathBuf>,
     /// Write the report as JSON to a file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<PathBuf>,
+    json: Option<PathBuf>,
     /// Write the residuals before and after as a picture (SVG), or to stdout with '-'; with '--measured' the residuals over time, in the
     /// channel where they are largest.
     #[arg(long, value_name = "FILE")]
-    pub(super) svg: Option<PathBuf>,
+    svg: Option<PathBuf>,
     /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: without '--by', each file is one device.
     /// The campaign may follow them.
     #[arg(long, value_name = "FILE", num_args = 1.., conflicts_with = "measured")]
@@ -51,10 +58,13 @@ pub(super) struct Arguments {
     #[command(flatten)]
     many: devices::Many,
     #[command(flatten)]
-    pub(super) pages: pages::Pages,
+    pages: pages::Pages,
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
+    if let (Some(path), Some(measured)) = (&arguments.campaign, &arguments.measured) {
+        return mission(arguments, path, measured, lang);
+    }
     let (campaign, readings) = devices::behind(arguments.campaign.as_deref(), &arguments.readings)?;
     if campaign.to_string_lossy().ends_with(".mission.json") {
         return Err(Malformed::new(Fault::Missing, "a mission without measured errors cannot be diagnosed")
@@ -77,7 +87,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             ("--json", arguments.json.is_some()),
         ];
         devices::refuse_many(single, "--to FILE for a row a device, or the readings of one device")?;
-        return batch_diagnose::run(&question, &arguments.many, &catalogue, &settings, lang);
+        return batch::diagnose(&question, &arguments.many, &catalogue, &settings, lang);
     };
     arguments.many.refuse_alone(&[])?;
     batch::note_repeated(&campaign);
@@ -162,4 +172,59 @@ impl ModelNames {
             None => say!(lang, "note-nothing-found", what = "effect"),
         }
     }
+}
+
+/// What a mission's measured errors say.
+fn mission(arguments: &Arguments, path: &Path, measured: &Path, lang: Language) -> Result<Outcome> {
+    let [json, svg, write_model] =
+        [&arguments.json, &arguments.svg, &arguments.write_model].map(|path| path.as_deref());
+    let (file, mission, source) = files::mission(path)?;
+    let measured = wire::read_measured(&files::read(measured)?, &mission)?;
+    let mut outputs = arguments.pages.outputs([json, svg, write_model])?;
+    let settings = settings::Settings::at(arguments.significance);
+    let bar = super::bar(1000, "{spinner} {elapsed} [{bar:20}] {wide_msg}").with_message("flying the mission");
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let found = diagnose_with(&mission, &measured, &settings, &mut |share, trying| {
+        bar.set_position(number::count_u64(1000.0 * share.clamp(0.0, 1.0)));
+        bar.set_message(format!("trying {trying}"));
+    });
+    bar.finish_and_clear();
+    let diagnosis = found.map_err(|error| wire::locate(error, &source))?;
+    let report = report::navigate_diagnose_report(&mission, &measured, &diagnosis, &settings);
+    if let Some(path) = svg {
+        let figure = report::navigate_diagnose_figure(&report, &diagnosis, lang);
+        let chart = figure.map_or_else(|| Chart::curves(&[], "", "", ""), |figure| figure.chart);
+        outputs.add(path, pages::picture(&chart, lang)?);
+    }
+    let found = matches!(diagnosis.verdict, Verdict::EffectsFound | Verdict::PartlyExplained);
+    if let Some(path) = write_model.filter(|_| found) {
+        outputs.add(path, files::marked(&repaired(&file, &diagnosis))?);
+    }
+    let document = |_| report::navigate_diagnose_document(&report, Some((&mission, &diagnosis)), lang);
+    arguments.pages.finish(outputs, json, &report, document)?;
+    match write_model {
+        Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),
+        Some(_) => super::note(&say!(lang, "note-nothing-found", what = "error")),
+        None => {}
+    }
+    Ok(if diagnosis.verdict == Verdict::NothingMissing { Outcome::Done } else { Outcome::Rejected })
+}
+
+/// The mission as it was written, with the constant errors added; what changes in time or is the reference's has no place in it.
+fn repaired(file: &MissionFile, diagnosis: &NavigationDiagnosis) -> MissionFile {
+    let mut file = file.clone();
+    for (source, value) in
+        diagnosis.findings.iter().filter_map(|finding| Some((finding.source.constant()?, finding.value)))
+    {
+        file.errors.add(&source, value / source.si_per_unit());
+    }
+    for source in diagnosis.findings.iter().map(|finding| finding.source) {
+        let Some(walk) = source.of(&diagnosis.after).map(|value| value / source.si_per_unit()) else { continue };
+        match source {
+            Cause::RandomWalk(Instrument::Gyro) => file.errors.angle_random_walk_deg_sqrt_h = walk,
+            Cause::RandomWalk(_) => file.errors.velocity_random_walk_m_s_sqrt_h = walk,
+            _ => {}
+        }
+    }
+    file
 }

@@ -1,4 +1,4 @@
-//! Reading files (`outputs` writes them): campaigns with their folders, missions, catalogues; names with `*` and `?`, where the shell has left them.
+//! Reading files (`outputs` writes them): campaigns with their folders, missions, catalogues, records with their clocks; names with `*` and `?`, where the shell has left them.
 
 use super::session;
 use crate::campaign::Campaign;
@@ -6,9 +6,10 @@ use crate::diagnosis::Effect;
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::mission::Mission;
-use crate::record::{Record, parted};
+use crate::record::{ClockFrom, Record, parted};
 use crate::report::Input;
 use crate::wire::{self, Folder, MissionFile, Source};
+use clap::Args;
 use serde::Serialize;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -257,4 +258,39 @@ fn fits(pattern: &[u8], name: &[u8]) -> bool {
         ([sign, tail @ ..], [byte, name @ ..]) => (*sign == b'?' || sign == byte) && fits(tail, name),
         (pattern, name) => pattern.is_empty() && name.is_empty(),
     }
+}
+
+/// Where the times of the samples come from.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Clock {
+    /// The column of times (by default one that is named time_s, time, t or timestamp).
+    #[arg(long, value_name = "COLUMN", conflicts_with = "rate")]
+    time: Option<String>,
+    /// Sampling rate in Hz, if there is no column of times.
+    #[arg(long, value_name = "HZ")]
+    rate: Option<f64>,
+}
+
+/// Open a record; `FILE#NAME` is one table of a file that has several.
+pub(super) fn open(path: &Path) -> Result<Record> {
+    let record = Record::at(path)?;
+    session::reads(&parted(path).0);
+    Ok(record)
+}
+
+impl Clock {
+    pub(super) fn source(&self) -> ClockFrom {
+        ClockFrom { time: self.time.clone(), rate: self.rate }
+    }
+}
+
+/// The columns that are named, or all of numbers but the times.
+pub(super) fn numeric_columns(record: &Record, names: &[String], clock: &ClockFrom) -> Result<Vec<usize>> {
+    if !names.is_empty() {
+        return names.iter().map(|name| record.find(name.trim())).collect();
+    }
+    let time = clock.column(record)?;
+    let unused = clock.unused(record);
+    let is_sensor = |k: &usize| ![time, unused].contains(&Some(*k)) && !record.is_text(*k);
+    Ok((0..record.columns().len()).filter(is_sensor).collect())
 }

@@ -6,8 +6,6 @@
 
 mod apply;
 mod batch;
-mod batch_diagnose;
-mod batch_reports;
 mod bench;
 mod calibrations;
 mod check;
@@ -19,9 +17,7 @@ mod files;
 mod fit;
 mod guide;
 mod help;
-mod log;
 mod navigate;
-mod navigate_diagnose;
 mod new;
 mod noise;
 mod outputs;
@@ -30,7 +26,6 @@ mod plan;
 mod reduce;
 mod rows;
 mod session;
-mod shell;
 mod show_error;
 mod simulate;
 mod written;
@@ -106,10 +101,10 @@ enum Command {
     Schema(check::SchemaArguments),
     /// Print a completion script for a shell.
     #[command(after_help = help::COMPLETIONS, arg = help::no_language())]
-    Completions(shell::CompletionsArguments),
+    Completions(help::CompletionsArguments),
     /// Print the manual page of the program, or of one command.
     #[command(after_help = help::MAN, arg = help::no_language())]
-    Man(shell::ManArguments),
+    Man(help::ManArguments),
 }
 
 /// How a command that could be carried out ended.
@@ -182,10 +177,7 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
         Command::Compare(arguments) => compare::run(&arguments, lang),
         Command::Apply(arguments) => apply::run(&arguments),
         Command::Export(arguments) => export::run(&arguments),
-        Command::Diagnose(arguments) => match (&arguments.campaign, &arguments.measured) {
-            (Some(mission), Some(measured)) => navigate_diagnose::run(&arguments, mission, measured, lang),
-            _ => diagnose::run(&arguments, lang),
-        },
+        Command::Diagnose(arguments) => diagnose::run(&arguments, lang),
         Command::Simulate(arguments) => simulate::run(&arguments),
         Command::Navigate(arguments) => navigate::run(&arguments, lang),
         Command::Reduce(arguments) => reduce::run(&arguments, lang),
@@ -196,8 +188,8 @@ fn run(command: Command, lang: Language) -> Result<Outcome> {
         New(arguments) => new::run(&arguments),
         Check(arguments) => check::run(&arguments),
         Schema(arguments) => check::run_schema(&arguments),
-        Completions(arguments) => shell::completions(&arguments),
-        Man(arguments) => shell::man(&arguments),
+        Completions(arguments) => help::completions(&arguments),
+        Man(arguments) => help::man(&arguments),
     }
 }
 

@@ -1,6 +1,6 @@
 //! `tumble noise LOG`.
 
-use super::{Outcome, log, pages};
+use super::{Outcome, files, pages};
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
@@ -25,7 +25,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "UNIT")]
     unit: Option<String>,
     #[command(flatten)]
-    clock: log::Clock,
+    clock: files::Clock,
     /// Analyse from this time on, s.
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
     from: Option<f64>,
@@ -148,8 +148,8 @@ impl Seen {
 }
 
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
-    let mut record = log::open(&arguments.log)?;
-    let columns = log::numeric_columns(&record, &arguments.columns, &arguments.clock.source())?;
+    let mut record = files::open(&arguments.log)?;
+    let columns = files::numeric_columns(&record, &arguments.columns, &arguments.clock.source())?;
     let titled: Vec<_> = columns.iter().filter_map(|k| record.columns().get(*k).cloned()).collect();
     let (clock, mut columns_seen) = seen(arguments, &mut record, &columns, vec![Vec::new(); titled.len()])?;
     let events: Vec<Vec<Event>> =
@@ -160,7 +160,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         for (counts, events) in left_out.iter_mut().zip(&events) {
             events.iter().for_each(|event| *counts.entry(event.kind).or_default() += event.length);
         }
-        columns_seen = seen(arguments, &mut log::open(&arguments.log)?, &columns, events)?.1;
+        columns_seen = seen(arguments, &mut files::open(&arguments.log)?, &columns, events)?.1;
     }
     let interval = clock.interval()?;
     let mut reports = Vec::new();

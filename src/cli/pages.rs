@@ -68,18 +68,17 @@ impl Certificate {
 ///
 /// Errors: a report of another bench or of another unit.
 fn as_found(path: &Path, left: &FitReport) -> Result<FitReport> {
-    let found = calibrations::read(path)?.report;
+    let found = calibrations::read(path)?;
     let refuse = |what: &str, expected: &str, found: &str| {
         Err(Malformed::new(Fault::Value, format!("the calibration as found is of another {what}"))
             .expected(format!("{what} '{expected}'"))
             .found(format!("'{found}'"))
             .in_file(path.display().to_string()))
     };
-    let serial = |report: &FitReport| report.identity.unit.as_ref().and_then(|unit| unit.serial.clone());
-    match (serial(left), serial(&found)) {
-        _ if left.bench != found.bench => refuse("bench", &left.bench, &found.bench),
+    match (calibrations::serial(left), calibrations::serial(&found.report)) {
+        _ if left.bench != found.report.bench => refuse("bench", &left.bench, &found.report.bench),
         (Some(left), Some(found)) if left != found => refuse("unit", &left, &found),
-        _ => Ok(found),
+        _ => Ok(found.report),
     }
 }
 
@@ -154,16 +153,12 @@ pub(super) fn picture(chart: &Chart, lang: Language) -> Result<String> {
     Ok(plot::draw(chart, lang)?.replacen(">\n", ">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n", 1))
 }
 
-/// The published closed forms for comparison with a fit, where its bench has them and its campaign suits them.
-pub(super) fn closed_forms(fit: &Fit) -> Option<report::CompareReport> {
-    // closed forms take all readings, and of a stream there is a sample of them
-    let forms = fit.streamed.is_none().then(|| compare::closed_forms(&fit.campaign.bench.id).ok()).flatten()?;
-    compare::compare_fit(fit, &forms).ok().map(|comparison| report::compare_report(&comparison))
-}
-
-/// The document of a fit with all that a page shows.
+/// The document of a fit with all that a page shows: the published closed forms, where its bench has them and its campaign suits them.
 pub(super) fn document_of(fit: &Fit, report: &FitReport, inputs: &[Input], lang: Language) -> Document {
-    let comparison = closed_forms(fit);
+    // closed forms take all readings, and of a stream there is a sample of them
+    let forms = fit.streamed.is_none().then(|| compare::closed_forms(&fit.campaign.bench.id).ok()).flatten();
+    let comparison = forms.and_then(|forms| compare::compare_fit(fit, &forms).ok());
+    let comparison = comparison.map(|comparison| report::compare_report(&comparison));
     let asked = report::Asked { fit: Some(fit), comparison: comparison.as_ref(), inputs, ..report::Asked::default() };
     report::fit_document(report, &asked, lang)
 }

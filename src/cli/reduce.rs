@@ -1,11 +1,11 @@
 //! `tumble reduce LOG`.
 
-use super::{Outcome, files, log, pages};
+use super::{Outcome, files, pages};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::reduce::Channel;
 use crate::report;
-use crate::wire::{self, Encoder, Recipe, ReducedReading, Schedule, SegmentsBy};
+use crate::wire::{self, Encoder, Folder, Recipe, ReducedReading, Schedule, SegmentsBy};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     columns: Vec<String>,
     #[command(flatten)]
-    clock: log::Clock,
+    clock: files::Clock,
     /// Segments are runs of equal labels in this column (rows without a label belong to none).
     #[arg(long, value_name = "COLUMN", conflicts_with = "times")]
     by: Option<String>,
@@ -71,7 +71,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             .expected("--for SCHEDULE with --to, or a name that ends in .csv for a table of readings")
             .at_path("--to"));
     }
-    let (record, reduced) = recipe(arguments)?.reduce_for(&mut || log::open(&arguments.log), schedule.as_mut())?;
+    let (record, reduced) = recipe(arguments)?.reduce_for(&mut || files::open(&arguments.log), schedule.as_mut())?;
     reduced.notes.iter().for_each(|note| super::note(&format!("note: {note}")));
     if let Some(why) = &reduced.nothing {
         why.iter().enumerate().for_each(|(k, line)| super::note(&format!("{}{line}", if k > 0 { "  " } else { "" })));
@@ -99,16 +99,15 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
 }
 
 fn schedule(path: &Path) -> Result<Schedule> {
-    let source = files::read(path)?;
-    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    wire::read_schedule(&source, &mut |name| files::read(&folder.join(name)))
+    let mut folder = files::Beside::new(path);
+    wire::read_schedule(&files::read(path)?, &mut |name| folder.text(name))
 }
 
 fn recipe(arguments: &Arguments) -> Result<Recipe> {
     let segments = match (&arguments.by, &arguments.times) {
         (Some(column), _) => SegmentsBy::Column(column.clone()),
         (None, Some(path)) => SegmentsBy::Times {
-            list: wire::times(&mut log::open(path)?)?,
+            list: wire::times(&mut files::open(path)?)?,
             from: format!("the times in '{}'", path.display()),
         },
         (None, None) => SegmentsBy::Still { window: arguments.window, threshold: arguments.threshold },

@@ -1,7 +1,7 @@
 //! An error as a person reads it: the sentence, the place with the line and a caret, what was expected and what was found.
 
 use crate::document::wrap;
-use crate::elements::TextPart;
+use crate::elements::Parts;
 use crate::error::{Malformed, Place};
 use crate::language::say;
 use std::path::Path;
@@ -37,20 +37,14 @@ fn rendered(error: &Malformed, colour: bool, text: Option<&str>) -> String {
         }
         Place { column, width, .. } => (*column, *width),
     };
-    let mut help = String::new();
-    if let Some(expected) = error.expectation() {
-        help.push_str(&say!(lang, "error-expected", text = readable(&lang.name(expected))));
-    }
-    if let Some((argument, example)) = error.remedy() {
+    let expected = error.expectation().map(|text| say!(lang, "error-expected", text = readable(&lang.name(text))));
+    let remedy = error.remedy().map(|(argument, example)| {
         // an argument of the library is an option of the program
-        let start = if help.is_empty() { "" } else { "\n" };
         let option = format!("--{argument} {}", readable(example));
-        help.push_str(&format!("{start}{}", say!(lang, "error-option", text = option.trim_end())));
-    }
-    if let Some(found) = error.finding() {
-        let start = if help.is_empty() { "" } else { "\n" };
-        help.push_str(&format!("{start}{}", say!(lang, "error-found", text = readable(&lang.name(found)))));
-    }
+        say!(lang, "error-option", text = option.trim_end())
+    });
+    let found = error.finding().map(|text| say!(lang, "error-found", text = readable(&lang.name(text))));
+    let help = [expected, remedy, found].into_iter().flatten().collect::<Vec<_>>().join("\n");
     let mut message = say!(lang, "error-what", text = readable(&lang.name(error.what())));
     if !place.file.is_empty() {
         message.push_str(&format!("\n  {}", say!(lang, "error-in", file = readable(&place.file))));

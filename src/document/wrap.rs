@@ -1,6 +1,6 @@
 //! Lines for a terminal.
 
-use crate::elements::TextPart;
+use crate::elements::Parts;
 
 /// Columns of a terminal that a line should not exceed.
 pub(crate) const WIDTH: usize = 80;

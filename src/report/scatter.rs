@@ -143,7 +143,7 @@ fn note(fit: &Fit, source: &VarianceSource, each: bool) -> Option<Sentence> {
             let is_estimated = |other: &&VarianceSource| other.estimated && other.state == LineState::Estimated;
             let others = fit.noise.sources.iter().filter(is_estimated).map(|other| source_sentence(&other.name));
             let others = others.reduce(|before, last| sentence!("list-and", before, last));
-            let (named, others) = (others.is_some(), others.unwrap_or_else(|| "".into()));
+            let (named, others) = (others.is_some(), others.unwrap_or_else(|| Sentence::text("")));
             sentence!("these-readings-cannot-tell-it-from-their", named, others)
         }
         LineState::Absorbed => absorbed(fit, source)?,

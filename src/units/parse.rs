@@ -1,7 +1,7 @@
 //! From text to a unit.
 
 use super::unit::Unit;
-use crate::elements::TextPart;
+use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 
 /// Bytes in the longest unit that is read, and parentheses inside each other at most.

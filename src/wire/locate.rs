@@ -1,7 +1,7 @@
 //! From a JSON path to a line and a column.
 
 use super::Source;
-use crate::elements::TextPart;
+use crate::elements::Parts;
 use crate::error::Malformed;
 use serde_json::value::RawValue;
 use std::{borrow::Cow, collections::HashMap};

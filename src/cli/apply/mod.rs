@@ -13,7 +13,6 @@ use crate::record::{Column, Record};
 use crate::units::Conversion;
 use crate::wire;
 use clap::{Args, ValueEnum};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What to correct, and where to write it.
@@ -101,42 +100,33 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
     }
     let correction = Correction { arguments, calibration: &calibration, corrector: &corrector, to_mount };
     let mut outputs = Outputs::plan([arguments.out.as_deref()])?;
-    let stream = arguments.out.as_deref().map(|path| outputs.open(path)).transpose()?;
-    let to_columns = arguments.out.as_deref().is_some_and(is_parquet);
+    let mut stream = outputs.open(arguments.out.as_deref().unwrap_or(Path::new("-")))?;
     let mut counts = Counts::default();
-    match stream {
-        Some(stream) if to_columns => {
-            if arguments.log == Path::new("-") {
-                return Err(Malformed::new(Fault::Value, "a stream of text cannot be written as Parquet")
-                    .expected("a record in a file, or --out with a name that ends in .csv"));
-            }
-            let mut open = || super::log::open(&arguments.log);
-            outputs.finish(columns::to_columns(&correction, &mut open, &mut counts, stream)?);
+    let is_stream = arguments.log == Path::new("-");
+    if arguments.out.as_deref().is_some_and(is_parquet) {
+        if is_stream {
+            return Err(Malformed::new(Fault::Value, "a stream of text cannot be written as Parquet")
+                .expected("a record in a file, or --out with a name that ends in .csv"));
         }
-        Some(mut stream) => {
-            rows(&correction, &mut counts, &mut stream)?;
-            outputs.finish(stream);
-        }
-        None => rows(&correction, &mut counts, super::session::Stdout).inspect_err(|error| {
-            if counts.rows > 0 && error.fault() != Fault::File {
+        let mut open = || super::files::open(&arguments.log);
+        stream = columns::to_columns(&correction, &mut open, &mut counts, stream)?;
+    } else {
+        let record = match is_stream {
+            true => Record::of_stream("-", std::io::stdin()),
+            false => super::files::open(&arguments.log),
+        };
+        let written = record.and_then(|record| columns::to_text(&correction, record, &mut counts, &mut stream));
+        written.inspect_err(|error| {
+            if arguments.out.is_none() && counts.rows > 0 && error.fault() != Fault::File {
                 super::note(&format!("note: the {} rows before the fault are corrected and printed", counts.rows));
             }
-        })?,
+        })?;
     }
+    outputs.finish(stream);
     outputs.write()?;
     let notes = notes(&calibration, &counts, arguments.u);
     notes.iter().for_each(|note| super::note(&format!("note: {note}")));
     Ok(if counts.failed > 0 { Outcome::Rejected } else { Outcome::Done })
-}
-
-/// CSV.
-fn rows(correction: &Correction<'_>, counts: &mut Counts, output: impl Write) -> Result<()> {
-    let log = &correction.arguments.log;
-    let record = match log == Path::new("-") {
-        true => Record::of_stream("-", std::io::stdin())?,
-        false => super::log::open(log)?,
-    };
-    columns::to_text(correction, record, counts, output)
 }
 
 fn is_parquet(path: &Path) -> bool {

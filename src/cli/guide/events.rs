@@ -152,7 +152,9 @@ impl Session {
 
     fn asked(&self, advice: &Advice) -> Option<Reading> {
         let next = advice.next.as_ref()?;
-        let same = |r: &&Reading| r.position == next.position && view::setting(&self.campaign, r) == next.setting;
+        let same = |r: &&Reading| {
+            r.position == next.position && crate::guide::setting(&self.campaign, &r.joints) == next.setting
+        };
         self.guide.candidates().iter().find(same).or(self.guide.taken().last()).cloned()
     }
 

@@ -21,7 +21,7 @@ mod table;
 mod view;
 
 use super::outputs::Outputs;
-use super::{Outcome, files, log, plan as options};
+use super::{Outcome, files, plan as options};
 use crate::error::{Fault, Malformed, Result};
 use crate::guide::{Ending, Guide, Settings};
 use crate::language::Language;
@@ -61,7 +61,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TITLES", requires = "stream")]
     titles: Option<String>,
     #[command(flatten)]
-    clock: log::Clock,
+    clock: files::Clock,
     /// Window of the static detector, s, and guard time at both ends of a standstill.
     #[arg(long, default_value_t = 0.5, value_name = "S", value_parser = super::reduce::positive, requires = "stream")]
     window: f64,
@@ -150,10 +150,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<Outcome> {
         Some(step) => plan::sweep(&campaign, step)?,
         None => campaign.readings.clone(),
     };
-    let truth = match &arguments.simulate {
-        Some(path) => Some(wire::read_truth(&files::read(path)?, &campaign)?),
-        None => None,
-    };
+    let truth = arguments.simulate.as_ref().map(|path| wire::read_truth(&files::read(path)?, &campaign)).transpose()?;
     let guide = Guide::new(&campaign, &candidates, &catalogue.effects, settings).map_err(located)?;
     let digest = Input::new("", source.text.as_bytes()).sha256;
     let path = arguments.journal.clone().unwrap_or_else(|| journal_of(&arguments.output));

@@ -21,6 +21,7 @@ const MORE: f64 = 1.0;
 /// Windows of a position that was read after which no more of it is kept: half a minute at the default window, a bound on memory alone, since a reading changes no more.
 const KEPT: f64 = 64.0;
 
+#[derive(Default)]
 pub(super) struct Samples {
     standstills: Standstills,
     table: Option<Table>,
@@ -79,21 +80,7 @@ pub(super) enum Step {
 
 impl Samples {
     pub fn new(clock: ClockFrom, window: f64, threshold: f64) -> Self {
-        Samples {
-            standstills: Standstills { clock, window, threshold },
-            table: None,
-            named: None,
-            on: false,
-            end: 0,
-            next_s: 0.0,
-            due_s: 0.0,
-            said: None,
-            held_now: None,
-            weighing: None,
-            open: None,
-            still_sd: Vec::new(),
-            passing: false,
-        }
+        Samples { standstills: Standstills { clock, window, threshold }, ..Samples::default() }
     }
 
     /// A journal has a reading, which was judged by a still sensor of these standard deviations.

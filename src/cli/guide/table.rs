@@ -54,6 +54,7 @@ pub(super) enum Due {
 }
 
 /// How standstills are found: where times come from, the window in s, and the largest variance of a still window in variances of the still sensor.
+#[derive(Default)]
 pub(super) struct Standstills {
     pub clock: ClockFrom,
     pub window: f64,

@@ -1,6 +1,5 @@
 //! The advice for a person at the table.
 
-use crate::campaign::{Campaign, Reading};
 use crate::document::number::{rounded, trimmed};
 use crate::guide::{Advice, Ending, Explanation, Held, Holding, Mistake, Newest, Next, Progress};
 use crate::language::{Language, say};
@@ -8,11 +7,6 @@ use crate::report::ARCSEC;
 
 /// Explanations that are listed.
 const LISTED: usize = 8;
-
-/// A setting as the advice writes it.
-pub(super) fn setting(campaign: &Campaign, reading: &Reading) -> String {
-    crate::guide::setting(campaign, &reading.joints)
-}
 
 /// Everything that is said after a step, line by line.
 pub(super) fn text(advice: &Advice, lang: Language) -> String {

@@ -204,11 +204,8 @@ fn campaign(arguments: &Arguments, table: &Path, answers: &Answers) -> Result<Ou
             return Err(Malformed::new(Fault::Missing, format!("'{}' has no readings", table.display()))
                 .expected("rows with values below the titles"));
         }
-        let fitted = if campaign.unknowns() > 0 && campaign.is_measured() {
-            Some(fit::fit(&campaign, &fit::Settings::default())?)
-        } else {
-            None
-        };
+        let is_asked = campaign.unknowns() > 0 && campaign.is_measured();
+        let fitted = is_asked.then(|| fit::fit(&campaign, &fit::Settings::default())).transpose()?;
         Ok((campaign, fitted))
     };
     // what the bench states itself (its gravity, a rate) is no question

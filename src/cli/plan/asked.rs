@@ -162,29 +162,20 @@ pub(in crate::cli) fn named_number(text: &str, option: &str, example: &str) -> R
     }
 }
 
-/// `NAME=VALUE`, arcseconds for a tilt.
-pub(super) fn point(given: &[String], campaign: &Campaign) -> Result<Vec<(String, f64)>> {
+/// `NAME=VALUE` of each: a tilt's value in arcseconds, or another parameter's in its own unit.
+pub(super) fn values(given: &[String], option: &str, example: &str, campaign: &Campaign) -> Result<Vec<(String, f64)>> {
     let one = |text: &String| {
-        let (id, value) = named_number(text, "--at", "K=1.3")?;
-        Ok(in_radians(id, value, campaign))
+        let (id, value) = named_number(text, option, example)?;
+        let is_tilt = campaign.parameters.iter().any(|p| p.id == id && p.kind == Kind::Tilt);
+        Ok((id, if is_tilt { value / report::ARCSEC } else { value }))
     };
     given.iter().map(one).collect()
-}
-
-/// A tilt's value in arcseconds, or another parameter's in its own unit.
-fn in_radians(id: String, value: f64, campaign: &Campaign) -> (String, f64) {
-    let is_tilt = campaign.parameters.iter().any(|p| p.id == id && p.kind == Kind::Tilt);
-    (id, if is_tilt { value / report::ARCSEC } else { value })
 }
 
 pub(super) fn noise(arguments: &Arguments, campaign: &Campaign, fitted: Option<&Fit>) -> Result<Noise> {
     let given: Vec<(String, f64)> =
         arguments.noise.iter().map(|text| named_number(text, "--noise", "V=9e-4")).collect::<Result<_>>()?;
-    let one = |text: &String| -> Result<(String, f64)> {
-        let (id, sd) = named_number(text, "--remount", "dtheta_y2=0.5")?;
-        Ok(in_radians(id, sd, campaign))
-    };
-    let remount = arguments.remount.iter().map(one).collect::<Result<Vec<_>>>()?;
+    let remount = values(&arguments.remount, "--remount", "dtheta_y2=0.5", campaign)?;
     let tilts = arguments.tilts.map(|arcsec| match arcsec >= 0.0 && arcsec.is_finite() {
         true => Ok(arcsec / report::ARCSEC),
         false => Err(Malformed::new(Fault::Value, "the expected size of the tilts is not valid")

@@ -18,7 +18,7 @@ use crate::plan::{self, Costs, Goal, Noise, NoiseSource, Offer};
 use crate::report::{self, Better, FindReport, Foreseen};
 use crate::wire;
 pub(super) use asked::{costs, named_number, parse_goals};
-use asked::{criterion_name, extras, find_candidates, noise, point, request, term};
+use asked::{criterion_name, extras, find_candidates, noise, request, term, values};
 use find::shown_from;
 use indicatif::ProgressBar;
 use std::path::Path;
@@ -44,12 +44,9 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let (longer, names) = plan::extended(&asked, &terms).map_err(located)?;
         (without, coefficients) = (Some(std::mem::replace(&mut asked, longer)), names);
     }
-    let fitted = match asked.is_measured() {
-        true => fit::fit(&asked, &fit::Settings::default()).ok(),
-        false => None,
-    };
+    let fitted = asked.is_measured().then(|| fit::fit(&asked, &fit::Settings::default()).ok()).flatten();
     // the readings, which may be many, are lent to the campaign at the point of judging and not copied
-    let at = point(&arguments.at, &asked)?;
+    let at = values(&arguments.at, "--at", "K=1.3", &asked)?;
     let readings = std::mem::take(&mut asked.readings);
     let plan::Judged { mut campaign, from } = plan::judged_at(&asked, &at, fitted.as_ref())?;
     campaign.readings = readings;
@@ -80,8 +77,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         || arguments.budget.is_some()
         || !arguments.goal.is_empty()
         || !arguments.find.is_empty();
+    let criterion = criterion_name(&request.criterion);
     let mut candidates = None;
-    let (mut best, mut reached, mut separated) = (None, None, None);
+    let (improvement, reached, separated);
+    let mut better = None;
     let (mut goals, mut finds) = (Vec::<Goal>::new(), Vec::new());
     if anew || arguments.add.is_some() || separates.is_some() {
         let keeps = !anew || arguments.keep;
@@ -92,9 +91,11 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             let term = |text: &str| term(text, &campaign, arguments.sensor.as_deref());
             let [a, b] = effects;
             let [a, b] = [term(a)?, term(b)?];
-            separated = Some(plan::separate(&campaign, &offer, [&a, &b], &request).map_err(located)?);
+            separated = plan::separate(&campaign, &offer, [&a, &b], &request).map_err(located)?;
+            better = Some(Better::Apart(&separated, effects));
         } else if arguments.goal.is_empty() && arguments.find.is_empty() {
-            best = Some(plan::improve(&campaign, &offer, &request).map_err(located)?);
+            improvement = plan::improve(&campaign, &offer, &request).map_err(located)?;
+            better = Some(Better::Best(&improvement, &criterion));
         } else {
             let coefficients =
                 extras.iter().zip(&coefficients).filter_map(|(extra, name)| Some((extra, name, extra.size?)));
@@ -113,30 +114,29 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
                 goals.retain(|other| other.id != goal.id);
                 goals.push(goal);
             }
-            let reach =
+            let search =
                 |goals: &[Goal]| plan::reach(&campaign, &offer, &request, goals, arguments.cheapest).map_err(located);
             let needs = |found: &plan::Reached| -> Result<Option<Vec<Option<f64>>>> {
                 let Some(bare) = &without else { return Ok(None) };
                 let foreseen = foresee(&bare.with_readings(found.improvement.schedule.readings.clone()))?;
                 Ok(foreseen.map(|foreseen| shown_from(&foreseen, &extras, arguments.power)))
             };
-            reached = Some(find::reach(&mut goals, &mut finds, arguments.cheapest, reach, needs)?);
+            reached = find::reach(&mut goals, &mut finds, arguments.cheapest, search, needs)?;
+            better = Some(Better::Goal(&reached));
         }
         candidates = Some(offer.candidates);
     }
     bar.finish_and_clear();
-    let criterion = criterion_name(&request.criterion);
-    let better = match (&best, &reached, separated.as_ref().zip(separates.as_ref())) {
-        (Some(improvement), ..) => Some(Better::Best(improvement, &criterion)),
-        (_, Some(reached), _) => Some(Better::Goal(reached)),
-        (_, _, Some((separated, effects))) => Some(Better::Apart(separated, effects)),
-        _ => None,
-    };
     let found = better.as_ref().map(|better| match better {
         Better::Best(improvement, _) => *improvement,
         Better::Goal(reached) => &reached.improvement,
         Better::Apart(separated, _) => &separated.improvement,
     });
+    let missed = match &better {
+        Some(Better::Goal(reached)) => !reached.goal.reached,
+        Some(Better::Apart(separated, _)) => separated.after.iter().any(Option::is_none),
+        _ => false,
+    };
     let better_foresight = found.map(|improvement| foresee(&improvement.schedule)).transpose()?.flatten();
     let foreseen = Foreseen { given: foresight.as_ref(), better: better_foresight.as_ref() };
     let with_values = asked.is_measured().then(|| campaign.with_readings(asked.readings.clone()));
@@ -187,8 +187,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
         None => !judgement.not_estimable.is_empty() || judgement.lacking.is_some(),
     };
-    let apart = separated.is_none_or(|s| s.after.iter().all(Option::is_some));
-    Ok(if defect || !apart || reached.is_some_and(|r| !r.goal.reached) { Outcome::Rejected } else { Outcome::Done })
+    Ok(if defect || missed { Outcome::Rejected } else { Outcome::Done })
 }
 
 /// A run sheet in the format that its name ends in.
