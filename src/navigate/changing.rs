@@ -16,12 +16,11 @@
 
 use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, ImuErrors};
-use super::instant::{Instant, Matrix, SIZE, scaled};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::shortened::Shortened;
 use super::signatures::{instants, motion, predicted_together, times};
-use super::whiten::{Walks, carried as carried_walks};
+use super::whiten::{Instant, Matrix, SIZE, Walks, carried as carried_walks, scaled};
 use crate::elements::Elements;
 use crate::number;
 use nalgebra::SVector;

@@ -289,6 +289,13 @@ impl ImuErrors {
         errors
     }
 
+    /// The same with a random walk of a triad in addition.
+    pub(super) fn walking(mut self, instrument: Instrument, density: f64) -> ImuErrors {
+        let triad = if instrument == Instrument::Gyro { &mut self.gyro } else { &mut self.accelerometer };
+        triad.random_walk = triad.random_walk.hypot(density);
+        self
+    }
+
     /// Whether there is noise, which needs random numbers at every step.
     pub(crate) fn is_noisy(&self) -> bool {
         self.gyro.random_walk > 0.0 || self.accelerometer.random_walk > 0.0

@@ -2,11 +2,10 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
-use super::instant::Instant;
+use super::errors::ImuErrors;
 use super::products::{Products, Solved};
-use super::random_walk::UnstatedWalk;
 use super::weighed::Weighed;
-use super::whiten::Walks;
+use super::whiten::{Instant, Walks};
 use crate::diagnosis::Gap;
 use crate::diagnosis::NoiseFrom;
 use crate::linear::dot;
@@ -53,6 +52,27 @@ impl State {
             |cause: &Cause| self.set.iter().zip(&self.values).find(|(own, _)| *own == cause).map_or(0.0, |(_, x)| *x);
         causes.iter().map(one).collect()
     }
+}
+
+/// A random walk that the mission does not state (`unstated_walk.rs` looks for them).
+#[derive(Debug, Clone)]
+pub(super) struct UnstatedWalk {
+    pub cause: Cause,
+    /// Its density, SI.
+    pub density: f64,
+    pub u: f64,
+    /// By how much `-2 ln L` is less than without it, the densities of the others fitted anew.
+    pub gain: f64,
+    /// Other walks in its place, with their density and by how much `-2 ln L` is larger.
+    pub others: Vec<(Cause, f64, f64)>,
+}
+
+/// The errors with those among these walks that a mission can state: white noise of the gyros or the accelerometers.
+pub(super) fn stated(errors: &ImuErrors, walks: &[UnstatedWalk]) -> ImuErrors {
+    walks.iter().fold(*errors, |errors, walk| match walk.cause {
+        Cause::RandomWalk(instrument) => errors.walking(instrument, walk.density),
+        _ => errors,
+    })
 }
 
 /// One step of the search, for the record.

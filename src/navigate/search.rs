@@ -1,11 +1,10 @@
 //! Causes of a gap: sets are judged on the linear model at a state (`judged.rs`), the most probable one is refined on the full simulation, and all are judged
 //! again from there, until the present set is the most probable one.
 
-use super::candidates::Linear;
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{Instrument, Kind};
-use super::judged::{Among, Judged};
+use super::judged::{Among, Judged, Linear};
 use super::products::{self, Products};
 use super::refine::{Search, Seen, State};
 use super::weighed::{Weighed, unit};

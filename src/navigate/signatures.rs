@@ -6,13 +6,13 @@
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
 use super::errors::{ErrorSource, ImuErrors};
-pub(crate) use super::instant::Instant;
 use super::linear::{self, Square, State};
 use super::measured::{CHANNELS, Channels, Measured, channels};
 use super::mission::Mission;
 use super::motion::Motion;
 use super::run::{self, Continue, Scenario};
 use super::study;
+pub(crate) use super::whiten::Instant;
 use super::whiten::Walks;
 use crate::elements::Elements;
 use crate::number;

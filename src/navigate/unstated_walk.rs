@@ -23,8 +23,7 @@ use super::errors::{ErrorSource, Instrument};
 use super::judged::largest;
 use super::measured::{CHANNELS, Measured};
 use super::products::INDEPENDENT;
-use super::random_walk::{UnstatedWalk, with};
-use super::refine::{Search, State};
+use super::refine::{Search, State, UnstatedWalk};
 use super::search::Ordinary;
 use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, times};
@@ -322,7 +321,7 @@ impl<'a> Search<'a> {
         self.units.get_or_init(|| {
             [Instrument::Gyro, Instrument::Accelerometer].map(|instrument| {
                 let mut mission = self.case.mission.clone();
-                mission.errors = with(&mission.errors.noiseless(), instrument, 1.0);
+                mission.errors = mission.errors.noiseless().walking(instrument, 1.0);
                 let runs = self.case.measured.runs.iter().zip(times(self.case.measured));
                 runs.map(|(run, times)| instants(&mission, motion(&mission, run.motion), &times)).collect()
             })
