@@ -108,17 +108,12 @@ impl<'a> Case<'a> {
         };
         let channel = self.channel.iter().zip(kept).filter(|(_, kept)| **kept).map(|(channel, _)| *channel);
         Case {
-            mission: self.mission,
             measured: early,
-            causes: self.causes.clone(),
-            columns: self.columns.clone(),
             raw: Rc::new(self.raw.iter().map(|column| cut(column)).collect()),
-            around: self.around,
             there: Rc::new(cut(&self.there)),
             values: cut(&self.values),
             channel: channel.collect(),
-            from: self.from,
-            settings: self.settings,
+            ..self.clone()
         }
     }
 

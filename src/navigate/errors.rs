@@ -4,6 +4,8 @@
 //! scale factor errors, the other elements the installation errors (`xy`: what of the y input the x sensor sees), `b` the bias,
 //! `k2` the second-order coefficient of each sensor on its input, noise a white one (random walk of its integral).
 
+use crate::elements::Elements;
+
 /// Which of the two triads, or the start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Instrument {
@@ -28,14 +30,17 @@ pub struct TriadErrors {
     pub random_walk: f64,
 }
 
-/// Errors of the navigator when it starts, in the convention of `run::NavigationError`.
+/// The errors of a navigator, when it starts and later, or standard uncertainties of them.
+///
+/// Attitude is the *phi* angle: the navigator's level frame is the true one turned by the small rotation `phi`, so that
+/// its attitude is `C' = (I - phi x) C`. Velocity and position are computed minus true.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct StartErrors {
+pub struct NavigationError {
     /// `phi` about east, north, up, rad.
     pub attitude: [f64; 3],
     /// East, north, m/s.
     pub velocity: [f64; 2],
-    /// East, north, m.
+    /// East, north, m on the ground.
     pub position: [f64; 2],
 }
 
@@ -49,7 +54,7 @@ pub struct ImuErrors {
     /// Accelerometers.
     pub accelerometer: TriadErrors,
     /// The start.
-    pub start: StartErrors,
+    pub start: NavigationError,
 }
 
 /// The kind of a deterministic error source.
@@ -86,8 +91,9 @@ pub struct ErrorSource {
     pub input: usize,
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const DIRECTIONS: [&str; 3] = ["east", "north", "up"];
+/// Names of the axes of the body, and of those at the start.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const DIRECTIONS: [&str; 3] = ["east", "north", "up"];
 
 impl ErrorSource {
     /// The deterministic sources: 24 of bias, scale factor and installation, then 6 second-order ones, then 9 acceleration-sensitive drifts.
@@ -170,7 +176,7 @@ impl ErrorSource {
     pub fn id(&self) -> String {
         let names = if self.instrument == Instrument::Start { DIRECTIONS } else { AXES };
         // an axis is 0, 1 or 2
-        let axis = |i: usize| names.get(i).copied().unwrap_or("?");
+        let axis = |i: usize| names.at(i);
         match self.kind {
             Kind::Installation | Kind::AccelerationSensitive => {
                 format!("{}_{}{}", self.group(), axis(self.axis), axis(self.input))

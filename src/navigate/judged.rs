@@ -81,8 +81,8 @@ impl Search<'_> {
     /// The posterior at a state.
     pub(super) fn judge(&self, linear: &Linear, state: &State, among: Among) -> Judged {
         let (case, settings) = (&self.case, &self.case.settings);
-        let residual = linear.products.residual();
-        let columns = matrix(residual.len(), linear.products.columns());
+        let residual = &linear.products.residual[..];
+        let columns = matrix(residual.len(), &linear.products.columns);
         let whole = among != Among::Remainders;
         let rows = self.weighed(&state.out);
         let kernels = match whole {

@@ -51,6 +51,12 @@ impl Weighed {
         phased(of, period, &self.both(of, period)?, given)
     }
 
+    /// The wave of the best period near this one, in a run that is so long.
+    pub(super) fn finest_wave(&self, of: &Cause, near: f64, given: &Given, last: f64) -> Option<CourseFit> {
+        let at = |period: f64| self.wave(of, period, given).map(|fit| (-fit.gain, fit));
+        By::HalfWave(last).finest(near, at).map(|(_, fit)| fit)
+    }
+
     /// A square wave with the edges and the period that explain most, near some, after so many rounds at most; in a run that is so long.
     pub(super) fn square(&self, near: &Cause, given: &Given, last: f64, rounds: usize) -> Option<CourseFit> {
         let Some(Change::Square { period, middle, share }) = near.change() else { return None };
@@ -132,8 +138,13 @@ fn phased(of: &Cause, period: f64, [cosine, sine]: &[Vec<f64>; 2], (basis, resid
 }
 
 /// The largest gain of some waves, and its period.
-fn largest(cause: &Cause, waves: &[(f64, [Vec<f64>; 2])], given: &Given) -> Option<(f64, f64)> {
-    let fits = waves.iter().filter_map(|(period, both)| Some((phased(cause, *period, both, given)?.gain, *period)));
+fn largest<'a>(
+    cause: &Cause,
+    waves: impl IntoIterator<Item = &'a (f64, [Vec<f64>; 2])>,
+    given: &Given,
+) -> Option<(f64, f64)> {
+    let fits =
+        waves.into_iter().filter_map(|(period, both)| Some((phased(cause, *period, both, given)?.gain, *period)));
     fits.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
@@ -189,10 +200,7 @@ impl Search<'_> {
         found.extend(state.set.iter().enumerate().filter_map(square));
         for ((given, count), mut all) in conditions.iter().zip(coarse) {
             all.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let finest = |(_, period, cause): &(f64, f64, Cause)| {
-                let at = |period: f64| rows.wave(cause, period, given).map(|fit| (-fit.gain, fit));
-                By::HalfWave(last).finest(*period, at).map(|(_, fit)| fit)
-            };
+            let finest = |(_, period, cause): &(f64, f64, Cause)| rows.finest_wave(cause, *period, given, last);
             let fits: Vec<CourseFit> = all.iter().take(*count).filter_map(finest).collect();
             // the work is bounded: beside the set, nothing and constants
             let first = fits.first().filter(|_| *count == CANDIDATES);
@@ -209,8 +217,7 @@ impl Search<'_> {
         let (given, last) = (rows.given(columns, observed), self.last());
         let gain = |(cause, waves): &(Cause, Vec<(f64, [Vec<f64>; 2])>)| {
             let (_, period) = largest(cause, waves, &given)?;
-            let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
-            let (_, wave) = By::HalfWave(last).finest(period, at)?;
+            let wave = rows.finest_wave(cause, period, &given, last)?;
             Some(rows.switched(&wave, &given, last, 1).map_or(wave.gain, |square| square.gain))
         };
         self.waves_of(is_of, rows).iter().filter_map(gain).fold(0.0, f64::max)
@@ -251,15 +258,12 @@ impl Search<'_> {
                     Change::Wave { period, .. } => !is_own || (2.0 * last / other - 2.0 * last / period).abs() > 1.0,
                     _ => !is_own,
                 };
-                let of =
-                    |(period, both): &(f64, [Vec<f64>; 2])| Some((phased(cause, *period, both, &given)?.gain, *period));
-                let best = waves.iter().filter(|(period, _)| is_other(*period)).filter_map(of);
-                let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
-                let finest = |(_, period)| By::HalfWave(last).finest(period, at).map(|(_, fit)| fit.cause);
+                let best = || largest(cause, waves.iter().filter(|(period, _)| is_other(*period)), &given);
+                let finest = |(_, period)| Some(rows.finest_wave(cause, period, &given, last)?.cause);
                 let is_apart =
                     |found: &Cause| matches!(found.change(), Some(Change::Wave { period, .. }) if is_other(period));
                 causes.extend(match change {
-                    Change::Wave { .. } => best.max_by(|a, b| a.0.total_cmp(&b.0)).and_then(finest).filter(is_apart),
+                    Change::Wave { .. } => best().and_then(finest).filter(is_apart),
                     _ if is_own => None,
                     _ => cause.with_change(change),
                 });

@@ -15,8 +15,8 @@ pub(super) const INDEPENDENT: f64 = 1e-7;
 
 /// Inner products of columns (weighted, of unit norm) with each other and with a residual.
 pub(super) struct Products {
-    columns: Vec<Rc<Vec<f64>>>,
-    residual: Vec<f64>,
+    pub columns: Vec<Rc<Vec<f64>>>,
+    pub residual: Vec<f64>,
     /// Rows of `C' C`, computed on demand: those of the columns of sets so far.
     gram: RefCell<Vec<Option<Rc<Vec<f64>>>>>,
     /// Its diagonal.
@@ -24,7 +24,7 @@ pub(super) struct Products {
     /// `C' r`.
     along: Vec<f64>,
     /// `r' r`.
-    pub square: f64,
+    square: f64,
 }
 
 /// A set solved: its coefficients (of the unit columns), the inverse of its products, and the residual sum of squares.
@@ -48,15 +48,6 @@ impl Products {
     pub fn normalised(mut columns: Vec<Vec<f64>>, residual: &[f64]) -> (Products, Vec<f64>) {
         let norms = columns.iter_mut().map(|column| normalise(column)).collect();
         (Products::new(columns.into_iter().map(Rc::new).collect(), residual), norms)
-    }
-
-    /// The columns, and the residual that they explain.
-    pub fn columns(&self) -> &[Rc<Vec<f64>>] {
-        &self.columns
-    }
-
-    pub fn residual(&self) -> &[f64] {
-        &self.residual
     }
 
     /// Products of one column with all.

@@ -4,6 +4,7 @@ use super::cause::{Cause, Change};
 use super::changing::Columns;
 use super::products::INDEPENDENT;
 use super::refine::{Search, State};
+use super::shortened::Shortened;
 use super::weighed::{CourseFit, Given, Weighed};
 use crate::linear::dot;
 use std::rc::Rc;
@@ -136,7 +137,8 @@ impl Search<'_> {
         // in all rows: a time is known better than a row of fewer is long
         let mut rows = self.weighed(&state.out);
         if rows.short.is_short() {
-            rows = Rc::new(Weighed::whole(&self.case, self.u, &state.out));
+            let whole = Shortened::whole(self.case.measured, &self.case.without(self.u, &state.out));
+            rows = Rc::new(Weighed::of_rows(&self.case, whole, &state.out));
         }
         let shortest = last / rows.short.measured.longest_run().max(1) as f64;
         let (columns, observed) = self.linearised(state, &rows);
@@ -153,10 +155,7 @@ impl Search<'_> {
             let others = rows.given(fixed, observed.clone());
             let found = match kind.change() {
                 Some(Change::Square { .. }) => rows.square(&kind, &others, last, ROUNDS),
-                Some(Change::Wave { period, .. }) => {
-                    let at = |period: f64| rows.wave(&kind, period, &others).map(|fit| (-fit.gain, fit));
-                    By::HalfWave(last).finest(period, at).map(|(_, fit)| fit)
-                }
+                Some(Change::Wave { period, .. }) => rows.finest_wave(&kind, period, &others, last),
                 Some(_) => self.finest(&rows, &kind, &others, shortest),
                 None => continue,
             };

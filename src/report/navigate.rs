@@ -12,7 +12,6 @@ use crate::navigate::earth::EARTH_RATE;
 use crate::navigate::errors::{ErrorSource, ImuErrors};
 use crate::navigate::linear;
 use crate::navigate::mission::Mission;
-use crate::navigate::propagation::NavigationUncertainty;
 use crate::navigate::run::{NavigationError, Scenario, Summary};
 use crate::navigate::study::{self, Flown, PERFECT, PropagatedCalibration, Ratio};
 use schemars::JsonSchema;
@@ -247,9 +246,9 @@ fn results(flown: &Flown) -> impl Iterator<Item = ResultReport> {
 fn propagated(carried: &PropagatedCalibration) -> CarriedReport {
     CarriedReport {
         motion: carried.motion.clone(),
-        linear: carried.linear.last().map(uncertainty),
+        linear: carried.linear.last().map(error),
         draws: carried.draws,
-        monte_carlo: carried.monte_carlo.as_ref().map(uncertainty),
+        monte_carlo: carried.monte_carlo.as_ref().map(error),
         time_h: carried.times.iter().map(|time| time / 3600.0).collect(),
         position_u_m: carried.linear.iter().map(|u| u.position[0].hypot(u.position[1])).collect(),
     }
@@ -269,10 +268,6 @@ fn error(error: &NavigationError) -> ErrorReport {
         velocity_m_s: error.velocity.map(finite),
         position_m: error.position.map(finite),
     }
-}
-
-fn uncertainty(u: &NavigationUncertainty) -> ErrorReport {
-    error(&NavigationError { attitude: u.attitude, velocity: u.velocity, position: u.position })
 }
 
 /// Scenarios that get figures of their own; single sources beyond them are in the table and in the series.
