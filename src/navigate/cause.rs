@@ -358,11 +358,7 @@ fn channel_unit(channel: usize) -> &'static str {
 /// An error source in the field's words.
 fn name(source: &ErrorSource) -> String {
     let (sensor_axis, direction) = (AXES.at(source.axis), DIRECTIONS.at(source.axis));
-    let instrument = match source.instrument {
-        Instrument::Gyro => "gyro",
-        Instrument::Accelerometer => "accelerometer",
-        Instrument::Start => "navigator",
-    };
+    let instrument = source.instrument;
     match source.kind {
         Kind::Bias => format!("bias of the {sensor_axis} {instrument}"),
         Kind::ScaleFactor => format!("scale factor error of the {sensor_axis} {instrument}"),

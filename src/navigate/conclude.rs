@@ -7,15 +7,14 @@ use super::judged::Linear;
 use super::measured::CHANNEL_NAMES;
 use super::mission::Mission;
 use super::partly::Partly;
-use super::products::{INDEPENDENT, Products};
+use super::products::{INDEPENDENT, Products, chance};
 use super::refine::{Search, State, UnstatedWalk, stated};
 use super::remainder::Remainder;
 use super::{separate, study};
-use crate::diagnosis::{Gap, NoiseFrom, Step, Verdict};
+use crate::diagnosis::{Gap, NoiseFrom, Verdict};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::linear::{dot, norm, orthonormal, project};
-use crate::uncertainty::quantiles::normal_survival;
 use std::mem::discriminant;
 
 /// With more causes than this only the first and the last gap are reported.
@@ -24,12 +23,6 @@ const STEPS: usize = 12;
 const WAVE: Change = Change::Wave { period: 1.0, phase: 0.0 };
 /// Pairs of members are compared with other pairs in sets of no more than so many.
 const PAIRED: usize = 8;
-
-/// Family-wise probability of so large a t by chance in so many tests.
-fn chance(t: f64, tests: usize) -> f64 {
-    // t beyond all numbers: certain
-    (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests as f64).min(1.0)
-}
 
 impl Search<'_> {
     /// The diagnosis of a state; where that is not complete, of the causes that are significant against what is unexplained.
@@ -46,7 +39,7 @@ impl Search<'_> {
         let after = self.gap_of(state);
         let nothing = state.set.is_empty() && state.out.is_empty() && self.unstated.is_empty();
         let verdict = match (complete, nothing) {
-            _ if case.values.len() < 3 => Verdict::NotDiagnosable,
+            _ if case.measured.count() < 3 => Verdict::NotDiagnosable,
             (true, true) if suspected.is_empty() => Verdict::NothingMissing,
             (true, true) => Verdict::Unexplained,
             (true, false) => Verdict::EffectsFound,
@@ -90,11 +83,7 @@ impl Search<'_> {
         });
         let constants = case.causes.iter().filter(|cause| cause.is_constant());
         let invisible = constants.filter(|cause| !case.is_visible(cause, u)).filter_map(Cause::constant);
-        let steps = self.seen.iter().map(|seen| {
-            let strongest = seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, chance(*t, self.distinct)));
-            Step::new(seen.set.iter().map(Cause::id).collect(), strongest, seen.p)
-        });
-        let (steps, invisible) = (steps.collect(), invisible.collect());
+        let invisible = invisible.collect();
         let gap_steps = if findings.is_empty() { Vec::new() } else { self.gap_steps(state, gap) };
         let case = &self.case;
         Ok(NavigationDiagnosis {
@@ -109,7 +98,7 @@ impl Search<'_> {
             unexplained,
             suspects,
             suspected,
-            steps,
+            steps: self.steps,
             candidates: (case.causes.len(), self.distinct),
             invisible,
             refits: (self.flights, state.settled),
@@ -174,7 +163,7 @@ impl Search<'_> {
         // in the rows of the search
         let least = linear.products.solve(&set).map_or(rss, |solved| solved.rss);
         // noise that is estimated from the residuals has their size
-        let dof = case.values.len().saturating_sub(set.len() + state.out.len()).max(1) as f64;
+        let dof = case.measured.count().saturating_sub(set.len() + state.out.len()).max(1) as f64;
         let scale = match partly {
             _ if case.from == NoiseFrom::Residuals => (rss / dof).sqrt(),
             Some(_) => (rss / dof).sqrt().max(1.0),
@@ -242,7 +231,7 @@ impl Search<'_> {
             let before: usize = case.measured.runs.iter().take(cell.run).map(|run| run.rows.len()).sum();
             let source = Cause::Reading { row: before + cell.row + 1, channel: cell.channel, at: *at };
             let explains = gap.get(*at).map_or(0.0, |gap| (gap / u).powi(2)) / whole;
-            findings.push(finding(source, [*value, u, value / u], case.values.len(), explains));
+            findings.push(finding(source, [*value, u, value / u], case.measured.count(), explains));
         }
         findings
     }

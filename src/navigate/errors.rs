@@ -5,16 +5,18 @@
 //! `k2` the second-order coefficient of each sensor on its input, noise a white one (random walk of its integral).
 
 use crate::elements::Elements;
+use crate::vocabulary::vocabulary;
 
-/// Which of the two triads, or the start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Instrument {
-    /// Angular rate, rad/s.
-    Gyro,
-    /// Specific force, m/s^2.
-    Accelerometer,
-    /// What the navigator believes when it starts: its alignment, velocity and position.
-    Start,
+vocabulary! {
+    /// Which of the two triads, or the start.
+    Instrument {
+        /// Angular rate, rad/s.
+        Gyro = "gyro",
+        /// Specific force, m/s^2.
+        Accelerometer = "accelerometer",
+        /// What the navigator believes when it starts: its alignment, velocity and position.
+        Start = "start",
+    }
 }
 
 /// Errors of one triad, in SI units (rad/s or m/s^2) and body axes x right, y forward, z up.
@@ -57,25 +59,26 @@ pub struct ImuErrors {
     pub start: NavigationError,
 }
 
-/// The kind of a deterministic error source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Kind {
-    /// Constant offset.
-    Bias,
-    /// Scale factor error.
-    ScaleFactor,
-    /// Installation error: a sensor's input axis leans towards another body axis.
-    Installation,
-    /// Second-order coefficient.
-    SecondOrder,
-    /// Acceleration-sensitive drift of a gyro (IEEE 528), by the axis of the specific force.
-    AccelerationSensitive,
-    /// Attitude at the start (tilts and azimuth).
-    Attitude,
-    /// Velocity at the start.
-    Velocity,
-    /// Position at the start.
-    Position,
+vocabulary! {
+    /// The kind of a deterministic error source.
+    Kind {
+        /// Constant offset.
+        Bias = "bias",
+        /// Scale factor error.
+        ScaleFactor = "scale_factor",
+        /// Installation error: a sensor's input axis leans towards another body axis.
+        Installation = "installation",
+        /// Second-order coefficient.
+        SecondOrder = "second_order",
+        /// Acceleration-sensitive drift of a gyro (IEEE 528), by the axis of the specific force.
+        AccelerationSensitive = "acceleration_sensitive",
+        /// Attitude at the start (tilts and azimuth).
+        Attitude = "attitude",
+        /// Velocity at the start.
+        Velocity = "velocity",
+        /// Position at the start.
+        Position = "position",
+    }
 }
 
 /// One number of [`ImuErrors`]: an error source with a name.
@@ -154,22 +157,7 @@ impl ErrorSource {
 
     /// The group that the source belongs to, for example `gyro_scale_factor`.
     pub(crate) fn group(&self) -> String {
-        let instrument = match self.instrument {
-            Instrument::Gyro => "gyro",
-            Instrument::Accelerometer => "accelerometer",
-            Instrument::Start => "start",
-        };
-        let kind = match self.kind {
-            Kind::Bias => "bias",
-            Kind::ScaleFactor => "scale_factor",
-            Kind::Installation => "installation",
-            Kind::SecondOrder => "second_order",
-            Kind::AccelerationSensitive => "acceleration_sensitive",
-            Kind::Attitude => "attitude",
-            Kind::Velocity => "velocity",
-            Kind::Position => "position",
-        };
-        format!("{instrument}_{kind}")
+        format!("{}_{}", self.instrument, self.kind)
     }
 
     /// The source's name, for example `gyro_bias_x` or `accelerometer_installation_xy`.

@@ -13,7 +13,7 @@
 //! | `measured`, `signatures`, `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | `cause`, `changing` | possible causes of a gap, and their columns |
 //! | `judged`, `bank` | the posterior of sets of causes and of what none of them explains, by the score of campaigns |
-//! | `products`, `refine` (`sharpen`, `single`, `periodic`), `search` | least squares of a few of many columns; sets of causes refined on the full simulation; judged and refined in turn |
+//! | `products`, `refine` (`single`, `periodic`), `search` | least squares of a few of many columns; sets of causes refined on the full simulation; judged and refined in turn |
 //! | `partly` | causes that are significant although something is unexplained |
 //! | `settings` | every threshold, with its reason |
 //! | `unstated_walk` | random walks that the mission does not state |
@@ -50,7 +50,6 @@ pub(crate) mod run;
 mod search;
 pub(crate) mod separate;
 pub(crate) mod settings;
-mod sharpen;
 mod shortened;
 pub(crate) mod signatures;
 mod simd_batch;

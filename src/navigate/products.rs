@@ -6,7 +6,7 @@
 
 use crate::elements::Elements;
 use crate::linear::{Triangle, dot, normalise};
-use crate::uncertainty::quantiles::normal_quantile;
+use crate::uncertainty::quantiles::{normal_quantile, normal_survival};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -164,4 +164,10 @@ pub(super) fn penalty(significance: f64, count: usize) -> f64 {
     let tail = 0.5 * significance / count.max(1) as f64;
     // at a significance of zero, beyond all numbers
     normal_quantile(tail).map_or(f64::INFINITY, |z| z * z)
+}
+
+/// Family-wise probability of so large a t by chance in so many tests.
+pub(super) fn chance(t: f64, tests: usize) -> f64 {
+    // t beyond all numbers: certain
+    (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests as f64).min(1.0)
 }

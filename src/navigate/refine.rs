@@ -6,8 +6,7 @@ use super::errors::ImuErrors;
 use super::products::{Products, Solved};
 use super::weighed::Weighed;
 use super::whiten::{Instant, Walks};
-use crate::diagnosis::Gap;
-use crate::diagnosis::NoiseFrom;
+use crate::diagnosis::{Gap, NoiseFrom, Step};
 use crate::linear::dot;
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
@@ -75,13 +74,6 @@ pub(super) fn stated(errors: &ImuErrors, walks: &[UnstatedWalk]) -> ImuErrors {
     })
 }
 
-/// One step of the search, for the record.
-pub(super) struct Seen {
-    pub set: Vec<Cause>,
-    pub strongest: Option<(Cause, f64)>,
-    pub p: Option<f64>,
-}
-
 /// A search through sets of causes.
 pub(super) struct Search<'a> {
     pub case: Case<'a>,
@@ -89,7 +81,8 @@ pub(super) struct Search<'a> {
     /// Penalty of each cause, and how many are distinct.
     pub penalty: f64,
     pub distinct: usize,
-    pub seen: Vec<Seen>,
+    /// Its record.
+    pub steps: Vec<Step>,
     pub flights: usize,
     /// How often the columns were made anew around a state.
     pub moved: usize,
@@ -124,7 +117,7 @@ impl<'a> Search<'a> {
             u,
             penalty,
             distinct,
-            seen: Vec::new(),
+            steps: Vec::new(),
             flights: 0,
             moved: 0,
             ordinary: None,
