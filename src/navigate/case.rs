@@ -35,8 +35,6 @@ pub(super) struct Case<'a> {
     pub around: ImuErrors,
     /// and the full simulation of them.
     pub there: Rc<Vec<f64>>,
-    pub values: Vec<f64>,
-    pub channel: Vec<usize>,
     pub from: NoiseFrom,
     pub settings: Settings,
 }
@@ -72,8 +70,6 @@ impl<'a> Case<'a> {
             raw: Rc::new(raw),
             around: mission.errors,
             there: Rc::new(signatures::prediction(mission, measured, &mission.errors)),
-            values: measured.cells().map(|cell| cell.value).collect(),
-            channel: measured.cells().map(|cell| cell.channel).collect(),
             from: if stated { NoiseFrom::Stated } else { NoiseFrom::Residuals },
             settings: *settings,
         })
@@ -106,25 +102,17 @@ impl<'a> Case<'a> {
         let cut = |values: &[f64]| -> Vec<f64> {
             values.iter().zip(kept).filter(|(_, kept)| **kept).map(|(value, _)| *value).collect()
         };
-        let channel = self.channel.iter().zip(kept).filter(|(_, kept)| **kept).map(|(channel, _)| *channel);
         Case {
-            mission: self.mission,
             measured: early,
-            causes: self.causes.clone(),
-            columns: self.columns.clone(),
             raw: Rc::new(self.raw.iter().map(|column| cut(column)).collect()),
-            around: self.around,
             there: Rc::new(cut(&self.there)),
-            values: cut(&self.values),
-            channel: channel.collect(),
-            from: self.from,
-            settings: self.settings,
+            ..self.clone()
         }
     }
 
     /// Size of a finite difference by a constant error.
     fn step(&self, cause: &Cause, u: &[f64]) -> f64 {
-        let u = u.iter().zip(&self.channel).map(|(u, channel)| u.max(ROUNDED.at(*channel)));
+        let u = u.iter().zip(self.measured.cells()).map(|(u, cell)| u.max(ROUNDED.at(cell.channel)));
         let norm = self.raw_of(cause).iter().zip(u).map(|(c, u)| (c / u) * (c / u)).sum::<f64>().sqrt();
         (DIFFERENCE / norm.max(1e-300)).min(1e-3 * cause.limit())
     }
@@ -244,7 +232,7 @@ impl<'a> Case<'a> {
 
     /// `measured - predicted`.
     pub fn residual(&self, predicted: &[f64]) -> Vec<f64> {
-        self.values.iter().zip(predicted).map(|(y, p)| y - p).collect()
+        self.measured.cells().zip(predicted).map(|(cell, p)| cell.value - p).collect()
     }
 
     /// What the linear model of a set has to explain, `residual + J x`, at the values `x` at which it was flown.

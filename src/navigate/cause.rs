@@ -1,7 +1,7 @@
 //! Possible causes of the difference between measured and predicted navigation errors: constant errors of the unit and the start, errors that
 //! change in time, random walks, faults of the reference, single values.
 
-use super::errors::{ErrorSource, ImuErrors, Instrument, Kind};
+use super::errors::{AXES, DIRECTIONS, ErrorSource, ImuErrors, Instrument, Kind};
 use super::measured::{CHANNEL_NAMES, CHANNELS, si_per_unit};
 use crate::elements::Elements;
 use std::f64::consts::TAU;
@@ -172,7 +172,7 @@ impl Cause {
             Cause::BiasWalk(instrument, axis) => {
                 let walk =
                     if *instrument == Instrument::Gyro { "rate_random_walk" } else { "acceleration_random_walk" };
-                axis.map_or(walk.into(), |axis| format!("{walk}_{}", axis_name(axis)))
+                axis.map_or(walk.into(), |axis| format!("{walk}_{}", AXES.at(axis)))
             }
             Cause::Reference(channel, None) => format!("reference:{}", column(*channel)),
             Cause::Reference(channel, Some(change)) => format!("reference:{}:{}", column(*channel), change.id()),
@@ -189,11 +189,11 @@ impl Cause {
             Cause::RandomWalk(_) => "velocity random walk of the accelerometers, the same on each axis".into(),
             Cause::BiasWalk(Instrument::Gyro, None) => "rate random walk of the gyros, the same on each axis".into(),
             Cause::BiasWalk(Instrument::Gyro, Some(axis)) => {
-                format!("rate random walk of the {} gyro", axis_name(*axis))
+                format!("rate random walk of the {} gyro", AXES.at(*axis))
             }
             Cause::BiasWalk(_, None) => "acceleration random walk of the accelerometers, the same on each axis".into(),
             Cause::BiasWalk(_, Some(axis)) => {
-                format!("acceleration random walk of the {} accelerometer", axis_name(*axis))
+                format!("acceleration random walk of the {} accelerometer", AXES.at(*axis))
             }
             Cause::Reference(2, None) => "heading offset of the reference".into(),
             Cause::Reference(channel, None) => format!("offset of the reference in {}", column(*channel)),
@@ -347,10 +347,6 @@ fn column(channel: usize) -> &'static str {
     CHANNEL_NAMES.at(channel)
 }
 
-fn axis_name(axis: usize) -> &'static str {
-    ["x", "y", "z"].get(axis).copied().unwrap_or("?") // three axes
-}
-
 fn channel_unit(channel: usize) -> &'static str {
     match channel {
         0..3 => "arcsec",
@@ -361,24 +357,17 @@ fn channel_unit(channel: usize) -> &'static str {
 
 /// An error source in the field's words.
 fn name(source: &ErrorSource) -> String {
-    let axis = axis_name;
-    // an axis is 0, 1 or 2
-    let direction = ["east", "north", "up"].get(source.axis).copied().unwrap_or("?");
-    let sensor_axis = axis(source.axis);
-    let instrument = match source.instrument {
-        Instrument::Gyro => "gyro",
-        Instrument::Accelerometer => "accelerometer",
-        Instrument::Start => "navigator",
-    };
+    let (sensor_axis, direction) = (AXES.at(source.axis), DIRECTIONS.at(source.axis));
+    let instrument = source.instrument;
     match source.kind {
         Kind::Bias => format!("bias of the {sensor_axis} {instrument}"),
         Kind::ScaleFactor => format!("scale factor error of the {sensor_axis} {instrument}"),
         Kind::Installation => {
-            format!("installation error of the {sensor_axis} {instrument} towards {}", axis(source.input))
+            format!("installation error of the {sensor_axis} {instrument} towards {}", AXES.at(source.input))
         }
         Kind::SecondOrder => format!("second-order coefficient of the {sensor_axis} {instrument}"),
         Kind::AccelerationSensitive => {
-            format!("acceleration-sensitive drift of the {sensor_axis} gyro along {}", axis(source.input))
+            format!("acceleration-sensitive drift of the {sensor_axis} gyro along {}", AXES.at(source.input))
         }
         Kind::Attitude if source.axis == 2 => "azimuth error at the start".into(),
         Kind::Attitude => format!("tilt about {direction} at the start"),

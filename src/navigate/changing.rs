@@ -16,12 +16,11 @@
 
 use super::cause::{Cause, Change};
 use super::errors::{ErrorSource, ImuErrors};
-use super::instant::{Instant, Matrix, SIZE, scaled};
 use super::measured::{self, CHANNELS, Channels, Measured};
 use super::mission::Mission;
 use super::shortened::Shortened;
 use super::signatures::{instants, motion, predicted_together, times};
-use super::whiten::{Walks, carried as carried_walks};
+use super::whiten::{Instant, Matrix, SIZE, Walks, carried as carried_walks, scaled};
 use crate::elements::Elements;
 use crate::number;
 use nalgebra::SVector;
@@ -38,7 +37,6 @@ pub(super) struct Columns {
     runs: Vec<Run>,
     /// Random walks of the mission at the measured rows.
     pub walks: Walks,
-    sources: Vec<ErrorSource>,
 }
 
 /// One run.
@@ -123,7 +121,6 @@ impl Course {
 
 impl Columns {
     pub fn new(mission: &Mission, measured: &Measured) -> Columns {
-        let sources = ErrorSource::catalogue();
         let (mut runs, mut walks) = (Vec::new(), Walks::default());
         for (run, row_times) in measured.runs.iter().zip(times(measured)) {
             let at = |times: &[f64]| instants(mission, motion(mission, run.motion), times);
@@ -133,13 +130,13 @@ impl Columns {
             }
             runs.push(made);
         }
-        Columns { runs, walks, sources }
+        Columns { runs, walks }
     }
 
     /// The same around other errors than none: differences of the full simulation by a step of each source.
     pub fn around(&self, mission: &Mission, measured: &Measured, errors: &ImuErrors, steps: &[f64]) -> Columns {
         let mut flights = vec![*errors];
-        for (source, step) in self.sources.iter().zip(steps) {
+        for (source, step) in ErrorSource::catalogue().iter().zip(steps) {
             let mut moved = *errors;
             source.set(&mut moved, source.of(errors) + step);
             flights.push(moved);
@@ -162,7 +159,7 @@ impl Columns {
                 base.iter().enumerate().map(one).collect()
             }));
         }
-        let mut columns = Columns { runs, walks: Walks::default(), sources: self.sources.clone() };
+        let mut columns = Columns { runs, walks: Walks::default() };
         columns.walks = Walks { instants: columns.carrying(&self.walks.instants), biases: self.walks.biases };
         columns
     }
@@ -180,7 +177,7 @@ impl Columns {
         };
         let runs = self.runs.iter().zip(&short.measured.runs).enumerate().map(run).collect();
         let walks = Walks { instants: short.instants(&self.walks.instants), biases: self.walks.biases };
-        Columns { runs, walks, sources: self.sources.clone() }
+        Columns { runs, walks }
     }
 
     /// Random walks as they propagate along the errors that these columns are around.
@@ -199,7 +196,7 @@ impl Columns {
             Some(change) => self.changing(cause, &Course::of(change)),
             None => self.column(|run, _| match cause {
                 Cause::Constant(source) => {
-                    let j = self.sources.iter().position(|other| other == source).unwrap_or(usize::MAX);
+                    let j = ErrorSource::catalogue().iter().position(|other| other == source).unwrap_or(usize::MAX);
                     run.at_rows.iter().map(|instant| instant.signatures.at(j)).collect()
                 }
                 Cause::Reference(channel, _) => run.rows.iter().map(|_| alone(*channel, 1.0)).collect(),
@@ -217,9 +214,11 @@ impl Columns {
     pub fn changing(&self, cause: &Cause, course: &Course) -> Vec<f64> {
         let means = || self.runs.iter().map(|run| run.means(course.change)).collect();
         self.column(|run, k| match cause {
-            Cause::Changing(source, _) => {
-                course.means.get_or_init(means).get(k).map_or(Vec::new(), |means| self.integrated(run, source, means))
-            }
+            Cause::Changing(source, _) => course
+                .means
+                .get_or_init(means)
+                .get(k)
+                .map_or(Vec::new(), |means| Columns::integrated(run, source, means)),
             Cause::Reference(channel, _) => {
                 run.rows.iter().map(|(time, _)| alone(*channel, course.change.at(*time))).collect()
             }
@@ -239,9 +238,8 @@ impl Columns {
     }
 
     /// A bias that changes.
-    fn integrated(&self, run: &Run, source: &ErrorSource, means: &Means) -> Vec<Channels> {
-        let Some(j) = self.sources.iter().position(|other| other == source) else { return Vec::new() };
-        let place = ErrorSource::bias_indices().iter().position(|index| *index == j);
+    fn integrated(run: &Run, source: &ErrorSource, means: &Means) -> Vec<Channels> {
+        let place = ErrorSource::biases().iter().position(|bias| bias == source);
         let Some((carried, to_rows)) = place.and_then(|k| run.carried.get(k).zip(run.carried_to_rows.get(k))) else {
             return vec![[0.0; CHANNELS]; run.rows.len()];
         };

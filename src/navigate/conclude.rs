@@ -1,27 +1,28 @@
-//! The diagnosis of a search that has ended.
+//! The diagnosis of a search that has ended: its findings, what fits as well in the place of each (alone, or together with a second cause in the place of another
+//! finding), and the gap as it shrinks, each set refined anew on the full simulation.
 
-use super::candidates::Linear;
-use super::cause::Cause;
-use super::diagnose::{Alias, Finding, NavigationDiagnosis, Suspect, Unexplained};
+use super::cause::{Cause, Change};
+use super::diagnose::{Alias, Finding, GapStep, NavigationDiagnosis, Suspect, Unexplained};
+use super::judged::Linear;
 use super::measured::CHANNEL_NAMES;
 use super::mission::Mission;
 use super::partly::Partly;
-use super::products::INDEPENDENT;
-use super::random_walk::{UnstatedWalk, stated};
-use super::refine::{Search, State};
+use super::products::{INDEPENDENT, Products, chance};
+use super::refine::{Search, State, UnstatedWalk, stated};
 use super::remainder::Remainder;
 use super::{separate, study};
-use crate::diagnosis::{NoiseFrom, Step, Verdict};
+use crate::diagnosis::{Gap, NoiseFrom, Verdict};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::linear::{dot, norm, orthonormal, project};
-use crate::uncertainty::quantiles::normal_survival;
+use std::mem::discriminant;
 
-/// Family-wise probability of so large a t by chance in so many tests.
-fn chance(t: f64, tests: usize) -> f64 {
-    // t beyond all numbers: certain
-    (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests as f64).min(1.0)
-}
+/// With more causes than this only the first and the last gap are reported.
+const STEPS: usize = 12;
+/// Any wave.
+const WAVE: Change = Change::Wave { period: 1.0, phase: 0.0 };
+/// Pairs of members are compared with other pairs in sets of no more than so many.
+const PAIRED: usize = 8;
 
 impl Search<'_> {
     /// The diagnosis of a state; where that is not complete, of the causes that are significant against what is unexplained.
@@ -38,7 +39,7 @@ impl Search<'_> {
         let after = self.gap_of(state);
         let nothing = state.set.is_empty() && state.out.is_empty() && self.unstated.is_empty();
         let verdict = match (complete, nothing) {
-            _ if case.values.len() < 3 => Verdict::NotDiagnosable,
+            _ if case.measured.count() < 3 => Verdict::NotDiagnosable,
             (true, true) if suspected.is_empty() => Verdict::NothingMissing,
             (true, true) => Verdict::Unexplained,
             (true, false) => Verdict::EffectsFound,
@@ -82,11 +83,7 @@ impl Search<'_> {
         });
         let constants = case.causes.iter().filter(|cause| cause.is_constant());
         let invisible = constants.filter(|cause| !case.is_visible(cause, u)).filter_map(Cause::constant);
-        let steps = self.seen.iter().map(|seen| {
-            let strongest = seen.strongest.as_ref().map(|(cause, t)| (cause.id(), *t, chance(*t, self.distinct)));
-            Step::new(seen.set.iter().map(Cause::id).collect(), strongest, seen.p)
-        });
-        let (steps, invisible) = (steps.collect(), invisible.collect());
+        let invisible = invisible.collect();
         let gap_steps = if findings.is_empty() { Vec::new() } else { self.gap_steps(state, gap) };
         let case = &self.case;
         Ok(NavigationDiagnosis {
@@ -101,7 +98,7 @@ impl Search<'_> {
             unexplained,
             suspects,
             suspected,
-            steps,
+            steps: self.steps,
             candidates: (case.causes.len(), self.distinct),
             invisible,
             refits: (self.flights, state.settled),
@@ -166,7 +163,7 @@ impl Search<'_> {
         // in the rows of the search
         let least = linear.products.solve(&set).map_or(rss, |solved| solved.rss);
         // noise that is estimated from the residuals has their size
-        let dof = case.values.len().saturating_sub(set.len() + state.out.len()).max(1) as f64;
+        let dof = case.measured.count().saturating_sub(set.len() + state.out.len()).max(1) as f64;
         let scale = match partly {
             _ if case.from == NoiseFrom::Residuals => (rss / dof).sqrt(),
             Some(_) => (rss / dof).sqrt().max(1.0),
@@ -234,8 +231,140 @@ impl Search<'_> {
             let before: usize = case.measured.runs.iter().take(cell.run).map(|run| run.rows.len()).sum();
             let source = Cause::Reading { row: before + cell.row + 1, channel: cell.channel, at: *at };
             let explains = gap.get(*at).map_or(0.0, |gap| (gap / u).powi(2)) / whole;
-            findings.push(finding(source, [*value, u, value / u], case.values.len(), explains));
+            findings.push(finding(source, [*value, u, value / u], case.measured.count(), explains));
         }
         findings
+    }
+
+    pub(super) fn aliases(&self, linear: &Linear, set: &[usize], place: usize, scale: f64) -> Vec<Alias> {
+        let member = set.get(place).and_then(|j| linear.causes.get(*j));
+        let rivals = linear.products.rivals(set, place, self.case.settings.indistinguishable * scale * scale);
+        let alone: Vec<usize> = rivals.iter().map(|(j, ..)| *j).collect();
+        let one = |(j, excess, exact): (usize, f64, bool)| -> Option<Alias> {
+            let source = *linear.causes.get(j)?;
+            let mut other = set.to_vec();
+            *other.get_mut(place)? = j;
+            let value =
+                linear.products.solve(&other).and_then(|solved| Some(solved.values.get(place)? / linear.norms.get(j)?));
+            let absurd = value.is_some_and(|value| self.case.is_absurd(&source, value));
+            let excess = (excess / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
+            Some(Alias { source, value, exact, excess, absurd, together_with: None })
+        };
+        let mut aliases: Vec<Alias> = rivals.into_iter().filter_map(one).collect();
+        aliases.extend(self.together(linear, set, place, &alone, scale));
+        // identical columns fit equally well but for rounding: those stay in the order of the catalogue
+        let excess = |alias: &Alias| if alias.exact { 0.0 } else { alias.excess };
+        aliases.sort_by(|a, b| excess(a).total_cmp(&excess(b)));
+        // of causes that differ only in the time of a change the best is kept, and none that differs so from the member but waves of another period
+        let own = member.map(Cause::family).filter(|(_, change)| *change != Some(discriminant(&WAVE)));
+        let mut seen: Vec<_> = own.into_iter().collect();
+        aliases.retain(|alias| {
+            let family = alias.source.family();
+            let is_kept = alias.together_with.is_some() || !seen.contains(&family);
+            seen.extend(alias.together_with.is_none().then_some(family));
+            is_kept
+        });
+        let order = |a: &Alias| (a.absurd, a.together_with.is_some(), !a.exact, crate::number::whole(a.source.rank()));
+        aliases.sort_by(|a, b| order(a).cmp(&order(b)).then(excess(a).total_cmp(&excess(b))));
+        aliases
+    }
+
+    /// Constant errors that fit as well in the place of a member if another error replaces a second member; those in `alone` do so by themselves.
+    fn together(&self, linear: &Linear, set: &[usize], place: usize, alone: &[usize], scale: f64) -> Vec<Alias> {
+        let mut aliases: Vec<Alias> = Vec::new();
+        if set.len() > PAIRED {
+            return aliases;
+        }
+        let excess = self.case.settings.indistinguishable * scale * scale;
+        let is_constant = |j: &usize| linear.causes.get(*j).is_some_and(Cause::is_constant);
+        let constants: Vec<usize> = (0..linear.causes.len()).filter(is_constant).collect();
+        for other in (0..set.len()).filter(|other| *other != place) {
+            let (Some(second), true) = (set.get(other), set.get(place).is_some_and(is_constant)) else {
+                continue;
+            };
+            if !is_constant(second) {
+                continue;
+            }
+            for (first, second, worse) in linear.products.pairs(set, [place, other], excess, &constants) {
+                let (Some(source), Some(with)) = (linear.causes.get(first), linear.causes.get(second)) else {
+                    continue;
+                };
+                let known = aliases.iter().position(|alias| alias.source == *source);
+                if alone.contains(&first)
+                    || known.and_then(|k| aliases.get(k)).is_some_and(|alias| alias.excess <= worse)
+                {
+                    continue;
+                }
+                let mut instead = set.to_vec();
+                for (at, j) in [(place, first), (other, second)] {
+                    instead.get_mut(at).into_iter().for_each(|slot| *slot = j);
+                }
+                let solved = linear.products.solve(&instead);
+                let of = |at: usize, j: usize| Some(solved.as_ref()?.values.get(at)? / linear.norms.get(j)?);
+                let value = of(place, first);
+                let absurd = |cause: &Cause, value: Option<f64>| value.is_some_and(|v| self.case.is_absurd(cause, v));
+                let absurd = absurd(source, value) || absurd(with, of(other, second));
+                let worse = (worse / (scale * scale).max(f64::MIN_POSITIVE)).max(0.0);
+                if let Some(k) = known {
+                    aliases.remove(k);
+                }
+                let (source, together_with) = (*source, Some(*with));
+                aliases.push(Alias { source, value, exact: false, excess: worse, absurd, together_with });
+            }
+        }
+        aliases
+    }
+
+    /// The gap before, after each of the causes of a state, and after all of them with single values left out; `whole` is the gap before.
+    pub fn gap_steps(&mut self, state: &State, whole: &[f64]) -> Vec<GapStep> {
+        let (u, out) = (self.u, &state.out);
+        // random walks are no members of the set: with them, all gaps are innovations
+        let walks: Vec<String> = self.unstated.iter().map(|walk| walk.cause.id()).collect();
+        let step = |set: &[Cause], left_out: usize, gap: Gap| GapStep {
+            with: walks.iter().cloned().chain(set.iter().map(Cause::id)).collect(),
+            left_out,
+            gap,
+        };
+        let mut steps = vec![step(&[], 0, self.case.gap(whole, u, &[], 0))];
+        let order = if state.set.len() > STEPS { Vec::new() } else { self.order(state) };
+        let causes =
+            |places: &[usize]| places.iter().filter_map(|k| state.set.get(*k)).copied().collect::<Vec<Cause>>();
+        for count in 1..order.len() {
+            let (set, start): (Vec<Cause>, Vec<f64>) =
+                order.iter().take(count).filter_map(|k| Some((*state.set.get(*k)?, *state.values.get(*k)?))).unzip();
+            // a set that cannot be flown is left out
+            let Some(fitted) = self.refine(&set, &start, out) else { continue };
+            steps.push(step(&set, 0, self.case.gap(&self.case.residual(&fitted.flown.predicted), u, &[], set.len())));
+        }
+        let set = if order.is_empty() { state.set.clone() } else { causes(&order) };
+        let residual = self.case.residual(&state.flown.predicted);
+        if !set.is_empty() {
+            steps.push(step(&set, 0, self.case.gap(&residual, u, &[], set.len())));
+        }
+        if !out.is_empty() {
+            steps.push(step(&set, out.len(), self.case.gap(&residual, u, out, set.len())));
+        }
+        steps
+    }
+
+    /// Members of a state's set in the order in which they reduce the gap most, given those before them.
+    fn order(&self, state: &State) -> Vec<usize> {
+        let mut columns = state.flown.jacobian.clone();
+        columns.push(self.case.observed(&state.flown, &state.values));
+        self.case.weigh(self.u, &state.out, &mut columns);
+        let Some(residual) = columns.pop() else { return Vec::new() };
+        let count = columns.len();
+        let (products, _) = Products::normalised(columns, &residual);
+        let mut order: Vec<usize> = Vec::with_capacity(count);
+        while order.len() < count {
+            let Some(solved) = products.solve(&order) else { return Vec::new() };
+            let gains = products.gains(&order, &solved);
+            let remaining = (0..count).filter(|k| !order.contains(k));
+            match remaining.max_by(|a, b| gains.at(*a).total_cmp(&gains.at(*b)).then(b.cmp(a))) {
+                Some(next) => order.push(next),
+                None => break,
+            }
+        }
+        order
     }
 }

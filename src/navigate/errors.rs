@@ -4,15 +4,19 @@
 //! scale factor errors, the other elements the installation errors (`xy`: what of the y input the x sensor sees), `b` the bias,
 //! `k2` the second-order coefficient of each sensor on its input, noise a white one (random walk of its integral).
 
-/// Which of the two triads, or the start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Instrument {
-    /// Angular rate, rad/s.
-    Gyro,
-    /// Specific force, m/s^2.
-    Accelerometer,
-    /// What the navigator believes when it starts: its alignment, velocity and position.
-    Start,
+use crate::elements::Elements;
+use crate::vocabulary::vocabulary;
+
+vocabulary! {
+    /// Which of the two triads, or the start.
+    Instrument {
+        /// Angular rate, rad/s.
+        Gyro = "gyro",
+        /// Specific force, m/s^2.
+        Accelerometer = "accelerometer",
+        /// What the navigator believes when it starts: its alignment, velocity and position.
+        Start = "start",
+    }
 }
 
 /// Errors of one triad, in SI units (rad/s or m/s^2) and body axes x right, y forward, z up.
@@ -28,14 +32,17 @@ pub struct TriadErrors {
     pub random_walk: f64,
 }
 
-/// Errors of the navigator when it starts, in the convention of `run::NavigationError`.
+/// The errors of a navigator, when it starts and later, or standard uncertainties of them.
+///
+/// Attitude is the *phi* angle: the navigator's level frame is the true one turned by the small rotation `phi`, so that
+/// its attitude is `C' = (I - phi x) C`. Velocity and position are computed minus true.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct StartErrors {
+pub struct NavigationError {
     /// `phi` about east, north, up, rad.
     pub attitude: [f64; 3],
     /// East, north, m/s.
     pub velocity: [f64; 2],
-    /// East, north, m.
+    /// East, north, m on the ground.
     pub position: [f64; 2],
 }
 
@@ -49,28 +56,29 @@ pub struct ImuErrors {
     /// Accelerometers.
     pub accelerometer: TriadErrors,
     /// The start.
-    pub start: StartErrors,
+    pub start: NavigationError,
 }
 
-/// The kind of a deterministic error source.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Kind {
-    /// Constant offset.
-    Bias,
-    /// Scale factor error.
-    ScaleFactor,
-    /// Installation error: a sensor's input axis leans towards another body axis.
-    Installation,
-    /// Second-order coefficient.
-    SecondOrder,
-    /// Acceleration-sensitive drift of a gyro (IEEE 528), by the axis of the specific force.
-    AccelerationSensitive,
-    /// Attitude at the start (tilts and azimuth).
-    Attitude,
-    /// Velocity at the start.
-    Velocity,
-    /// Position at the start.
-    Position,
+vocabulary! {
+    /// The kind of a deterministic error source.
+    Kind {
+        /// Constant offset.
+        Bias = "bias",
+        /// Scale factor error.
+        ScaleFactor = "scale_factor",
+        /// Installation error: a sensor's input axis leans towards another body axis.
+        Installation = "installation",
+        /// Second-order coefficient.
+        SecondOrder = "second_order",
+        /// Acceleration-sensitive drift of a gyro (IEEE 528), by the axis of the specific force.
+        AccelerationSensitive = "acceleration_sensitive",
+        /// Attitude at the start (tilts and azimuth).
+        Attitude = "attitude",
+        /// Velocity at the start.
+        Velocity = "velocity",
+        /// Position at the start.
+        Position = "position",
+    }
 }
 
 /// One number of [`ImuErrors`]: an error source with a name.
@@ -86,8 +94,9 @@ pub struct ErrorSource {
     pub input: usize,
 }
 
-const AXES: [&str; 3] = ["x", "y", "z"];
-const DIRECTIONS: [&str; 3] = ["east", "north", "up"];
+/// Names of the axes of the body, and of those at the start.
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const DIRECTIONS: [&str; 3] = ["east", "north", "up"];
 
 impl ErrorSource {
     /// The deterministic sources: 24 of bias, scale factor and installation, then 6 second-order ones, then 9 acceleration-sensitive drifts.
@@ -148,29 +157,14 @@ impl ErrorSource {
 
     /// The group that the source belongs to, for example `gyro_scale_factor`.
     pub(crate) fn group(&self) -> String {
-        let instrument = match self.instrument {
-            Instrument::Gyro => "gyro",
-            Instrument::Accelerometer => "accelerometer",
-            Instrument::Start => "start",
-        };
-        let kind = match self.kind {
-            Kind::Bias => "bias",
-            Kind::ScaleFactor => "scale_factor",
-            Kind::Installation => "installation",
-            Kind::SecondOrder => "second_order",
-            Kind::AccelerationSensitive => "acceleration_sensitive",
-            Kind::Attitude => "attitude",
-            Kind::Velocity => "velocity",
-            Kind::Position => "position",
-        };
-        format!("{instrument}_{kind}")
+        format!("{}_{}", self.instrument, self.kind)
     }
 
     /// The source's name, for example `gyro_bias_x` or `accelerometer_installation_xy`.
     pub fn id(&self) -> String {
         let names = if self.instrument == Instrument::Start { DIRECTIONS } else { AXES };
         // an axis is 0, 1 or 2
-        let axis = |i: usize| names.get(i).copied().unwrap_or("?");
+        let axis = |i: usize| names.at(i);
         match self.kind {
             Kind::Installation | Kind::AccelerationSensitive => {
                 format!("{}_{}{}", self.group(), axis(self.axis), axis(self.input))
@@ -287,6 +281,13 @@ impl ImuErrors {
         errors.gyro.random_walk = 0.0;
         errors.accelerometer.random_walk = 0.0;
         errors
+    }
+
+    /// The same with a random walk of a triad in addition.
+    pub(super) fn walking(mut self, instrument: Instrument, density: f64) -> ImuErrors {
+        let triad = if instrument == Instrument::Gyro { &mut self.gyro } else { &mut self.accelerometer };
+        triad.random_walk = triad.random_walk.hypot(density);
+        self
     }
 
     /// Whether there is noise, which needs random numbers at every step.

@@ -4,6 +4,7 @@ use super::cause::Cause;
 use super::errors::ErrorSource;
 use super::motion::Motion;
 use super::remainder;
+use crate::diagnosis::Gap;
 
 /// A motion that discriminates an error from some of its aliases.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,4 +85,17 @@ pub struct Suspect {
     pub time_s: f64,
     /// What is left of it, in standard uncertainties.
     pub z: f64,
+}
+
+/// The gap with some of the causes that were found.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[schemars(rename = "NavigationGapStepReport")]
+#[non_exhaustive]
+pub struct GapStep {
+    /// The causes.
+    pub with: Vec<String>,
+    /// Single values that are left out.
+    pub left_out: usize,
+    /// The gap.
+    pub gap: Gap,
 }

@@ -1,9 +1,8 @@
 //! The posterior of sets of causes, and of what none of them explains, on the linear model at a state: the score of campaigns (`diagnosis`).
 
 use super::bank::{bank, matrix};
-use super::candidates::Linear;
 use super::cause::{Cause, Change};
-use super::products::INDEPENDENT;
+use super::products::{INDEPENDENT, Products, Solved};
 use super::refine::{Search, State};
 use crate::diagnosis::{Class, Deviations, Kernel, NoiseFrom, Posterior, Priors, Problem, Score};
 use crate::linear::orthonormal;
@@ -16,6 +15,32 @@ const LARGEST: f64 = 1e3;
 /// The largest size of what explains a residual: no single value of it has more.
 pub(super) fn largest(residual: &[f64]) -> f64 {
     residual.iter().fold(LARGEST, |most, v| most.max(v.abs()))
+}
+
+/// The linear model of all causes at a state.
+pub(super) struct Linear {
+    pub causes: Vec<Cause>,
+    pub products: Products,
+    pub norms: Vec<f64>,
+}
+
+impl Linear {
+    /// The values, SI, of a set that was solved in columns of unit norm.
+    pub fn values(&self, set: &[usize], solved: &Solved) -> Vec<f64> {
+        let sized = |(j, x): (&usize, &f64)| self.norms.get(*j).map_or(0.0, |norm| x / norm);
+        set.iter().zip(&solved.values).map(sized).collect()
+    }
+
+    /// The share of the residual sum of squares of a set that more causes would remove; columns that depend on those of the set remove nothing.
+    pub fn share_of(&self, set: &[usize], more: &[usize]) -> f64 {
+        let with: Vec<usize> = set.iter().chain(more).copied().collect();
+        let rss = |set: &[usize]| self.products.solve(set).map(|solved| solved.rss);
+        rss(&with).zip(rss(set)).map_or(0.0, |(with, set)| 1.0 - with / set.max(f64::MIN_POSITIVE))
+    }
+
+    pub fn places(&self, set: &[Cause]) -> Vec<usize> {
+        set.iter().filter_map(|cause| self.causes.iter().position(|other| other == cause)).collect()
+    }
 }
 
 /// What is probable at a state.
@@ -56,8 +81,8 @@ impl Search<'_> {
     /// The posterior at a state.
     pub(super) fn judge(&self, linear: &Linear, state: &State, among: Among) -> Judged {
         let (case, settings) = (&self.case, &self.case.settings);
-        let residual = linear.products.residual();
-        let columns = matrix(residual.len(), linear.products.columns());
+        let residual = &linear.products.residual[..];
+        let columns = matrix(residual.len(), &linear.products.columns);
         let whole = among != Among::Remainders;
         let rows = self.weighed(&state.out);
         let kernels = match whole {

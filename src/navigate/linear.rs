@@ -17,11 +17,11 @@
 )]
 
 use super::earth::{self, Curvature, EARTH_RATE};
-use super::errors::{ErrorSource, ImuErrors, Instrument, Kind};
+use super::errors::{ErrorSource, ImuErrors, Instrument, Kind, NavigationError};
 use super::mission::{Mission, Site};
 use super::motion::Motion;
 use super::quadrature::{NODES, Quadrature};
-use super::run::{Continue, NavigationError};
+use super::run::Continue;
 use super::trajectory::{Block, NodeValues, Trajectory, Truth};
 
 /// Number of states.
@@ -208,29 +208,19 @@ struct Drive {
     bias: [[f64; 3]; 3],
     matrix: [[[[f64; 3]; 3]; 3]; 2],
     square: [[[f64; 3]; 3]; 2],
-    /// By row, gyro and specific force.
-    drift: [[[f64; 3]; 3]; 3],
     force: [f64; 3],
 }
 
 impl Drive {
     fn over(values: &NodeValues, weights: &[f64; NODES], span: f64) -> Drive {
-        let mut drive = Drive {
-            bias: [[0.0; 3]; 3],
-            matrix: [[[[0.0; 3]; 3]; 3]; 2],
-            square: [[[0.0; 3]; 3]; 2],
-            drift: [[[0.0; 3]; 3]; 3],
-            force: [0.0; 3],
-        };
+        let mut drive =
+            Drive { bias: [[0.0; 3]; 3], matrix: [[[[0.0; 3]; 3]; 3]; 2], square: [[[0.0; 3]; 3]; 2], force: [0.0; 3] };
         for (j, weight) in weights.iter().enumerate() {
             for row in 0..3 {
                 for axis in 0..3 {
                     let c = values.rotation[3 * row + axis][j] * weight * span;
                     drive.bias[row][axis] += c;
                     drive.force[row] += c / span * values.inertial[3 + axis][j];
-                    for input in 0..3 {
-                        drive.drift[row][axis][input] += c * values.inertial[3 + input][j];
-                    }
                     for triad in 0..2 {
                         for input in 0..3 {
                             drive.matrix[triad][row][axis][input] += c * values.inertial[3 * triad + input][j];
@@ -257,7 +247,8 @@ impl Drive {
                     Kind::Bias => self.bias[row][source.axis],
                     Kind::ScaleFactor | Kind::Installation => self.matrix[triad][row][source.axis][source.input],
                     Kind::SecondOrder => self.square[triad][row][source.axis],
-                    Kind::AccelerationSensitive => self.drift[row][source.axis][source.input],
+                    // of a gyro's axis, driven by the specific force
+                    Kind::AccelerationSensitive => self.matrix[1][row][source.axis][source.input],
                     Kind::Attitude | Kind::Velocity | Kind::Position => 0.0,
                 };
         }

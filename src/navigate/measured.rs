@@ -3,7 +3,7 @@
 //! Seven channels, each measured or not at any row: `phi` about east, north and up, velocity and position east and north,
 //! computed minus true, in the conventions of [`NavigationError`]. One file may hold runs of several motions of a mission.
 
-use super::run::NavigationError;
+use super::errors::NavigationError;
 
 /// Number of channels.
 pub(crate) const CHANNELS: usize = 7;

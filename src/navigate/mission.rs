@@ -1,8 +1,8 @@
 //! What is flown: the site, the step, the duration, the motion and the unit's errors, in SI units.
 
 use super::errors::ImuErrors;
+pub use super::motion::Site;
 use super::motion::{Motion, Path};
-pub use super::site::Site;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
 

@@ -13,20 +13,18 @@
 //! | `measured`, `signatures`, `whiten` | measured navigation errors, their design matrix, random walks taken out |
 //! | `cause`, `changing` | possible causes of a gap, and their columns |
 //! | `judged`, `bank` | the posterior of sets of causes and of what none of them explains, by the score of campaigns |
-//! | `products`, `refine` (`sharpen`, `single`, `periodic`), `search` | least squares of a few of many columns; sets of causes refined on the full simulation; judged and refined in turn |
+//! | `products`, `refine` (`single`, `periodic`), `search` | least squares of a few of many columns; sets of causes refined on the full simulation; judged and refined in turn |
 //! | `partly` | causes that are significant although something is unexplained |
 //! | `settings` | every threshold, with its reason |
 //! | `unstated_walk` | random walks that the mission does not state |
 //! | `shortened` | long records in fewer rows, in which all of these look |
-//! | `diagnose` (`case`, `conclude`, `aliases`, `gap_steps`), `separate`, `remainder` | the diagnosis, how the gap shrinks, motions that would discriminate aliases, the remainder |
+//! | `diagnose` (`case`, `conclude`), `separate`, `remainder` | the diagnosis, how the gap shrinks, motions that would discriminate aliases, the remainder |
 //! | `run` | a mission flown: rows to a sink, memory independent of the duration |
 //!
 //! East-north-up, body axes x right, y forward, z up, SI units and rad inside. Deliberately absent: a vertical
 //! channel (held at the site's altitude), alignment, aiding, a Kalman filter.
 
-mod aliases;
 mod bank;
-mod candidates;
 mod case;
 pub(crate) mod cause;
 mod changing;
@@ -35,9 +33,6 @@ pub(crate) mod diagnose;
 pub(crate) mod earth;
 pub(crate) mod errors;
 mod finding;
-mod gap;
-mod gap_steps;
-mod instant;
 mod judged;
 pub(crate) mod linear;
 pub(crate) mod measured;
@@ -49,19 +44,16 @@ mod periodic;
 mod products;
 pub(crate) mod propagation;
 pub(crate) mod quadrature;
-mod random_walk;
 mod refine;
 pub(crate) mod remainder;
 pub(crate) mod run;
 mod search;
 pub(crate) mod separate;
 pub(crate) mod settings;
-mod sharpen;
 mod shortened;
 pub(crate) mod signatures;
 mod simd_batch;
 mod single;
-mod site;
 pub(crate) mod study;
 pub(crate) mod trajectory;
 mod unstated_walk;

@@ -4,9 +4,19 @@
 //! north, up; yaw is counted counter-clockwise from north, so a heading is minus a yaw.
 
 use super::earth::Curvature;
-use super::site::Site;
 use crate::error::{Fault, Malformed, Result};
 use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Where a mission starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    /// Geodetic latitude, rad.
+    pub latitude_rad: f64,
+    /// Longitude, rad.
+    pub longitude_rad: f64,
+    /// Altitude above the ellipsoid, m; the vertical channel is held there.
+    pub altitude_m: f64,
+}
 
 /// One angle of the attitude: `mean + amplitude sin(2 pi t / period + phase)`.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,24 +1,26 @@
-//! A bias or a channel of the reference that oscillates, as under a temperature that is held between two limits.
+//! What changes in time: the times of steps and warm-ups, refined between the points of the grid of candidates, and a bias or a channel of the reference that
+//! oscillates, as under a temperature that is held between two limits.
 //!
 //! ```text
 //! x sin(2 pi t / T + phase) = a cos(2 pi t / T) + b sin(2 pi t / T),      x^2 = a^2 + b^2,  tan(phase) = a / b
 //! ```
 //!
 //! At a period `T` it is linear in `a` and `b`. Every bias and every channel is tried with every whole number of half waves in the run, given a set and
-//! given nothing; the period is refined about the best (`sharpen.rs`). The waves that reduce the sum of squares most are candidates.
+//! given nothing; the period is refined about the best. The waves that reduce the sum of squares most are candidates.
 //!
 //! What is switched between `x` and `-x` with a period is a square wave. Its first wave is the largest one wherever it is switched, and has its middle in a crest; so
 //! each such wave is tried as one, and its two edges and its period are refined. Where that reduces the sum of squares more, it is a candidate, too.
 
 use super::cause::{Cause, Change};
-use super::changing::Course;
+use super::changing::{Columns, Course};
 use super::products::INDEPENDENT;
 use super::refine::{Search, State};
-use super::sharpen::{By, SHARPER};
+use super::shortened::Shortened;
 use super::weighed::{CourseFit, Given, Waves, Weighed};
 use crate::elements::Elements;
 use crate::linear::dot;
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::rc::Rc;
 
 /// Half waves in a run that are tried: fewer are a ramp or a warm-up,
 const LEAST: usize = 2;
@@ -30,8 +32,64 @@ const CANDIDATES: usize = 4;
 
 /// Shares of a period that are tried at first: that many less one, equally apart.
 const SHARES: i32 = 16;
-/// Rounds of refining the edges and the period of a square wave that stands for a wave of a set, at most.
-const ROUNDS: usize = 6;
+
+/// Trials on each side of a time, on each of so many levels.
+const PARTS: i32 = 8;
+const LEVELS: i32 = 5;
+
+/// Rounds of refining the edges and the period of a square wave in turn, at most,
+const ROUNDS: usize = 24;
+/// and of one that stands for a wave of a set.
+const ROUNDS_OF_WAVE: usize = 6;
+/// A refinement that reduces the sum of squares by less, in variances of the noise, is none.
+const SHARPER: f64 = 0.5;
+
+/// How a time is varied: by how much at first.
+#[derive(Clone, Copy)]
+enum By {
+    /// A step's time, s.
+    Shift(f64),
+    /// A warm-up's, in its logarithm.
+    Factor(f64),
+    /// A wave's period, by one half wave more or less in a time as long as this, s.
+    HalfWave(f64),
+}
+
+impl By {
+    /// The time near `start` at which `try_at` is least, on ever finer grids, with its value there; `None` where it has none at the start.
+    fn finest<T>(self, start: f64, try_at: impl Fn(f64) -> Option<(f64, T)>) -> Option<(f64, T)> {
+        let (mut best, mut time, mut width) = (try_at(start)?, start, 1.0);
+        for _ in 0..LEVELS {
+            let middle = time;
+            for part in (-PARTS..=PARTS).filter(|part| *part != 0) {
+                let trial = self.moved(middle, width * f64::from(part) / f64::from(PARTS));
+                if !(trial > 0.0 && trial.is_finite()) {
+                    continue;
+                }
+                if let Some(better) = try_at(trial).filter(|(least, _)| *least < best.0) {
+                    (best, time) = (better, trial);
+                }
+            }
+            width *= 1.5 / f64::from(PARTS);
+        }
+        Some(best)
+    }
+
+    fn moved(self, time: f64, share: f64) -> f64 {
+        match self {
+            By::Shift(most) => time + share * most,
+            By::Factor(most) => time * (share * most).exp(),
+            // what is longer than the run is no wave that it shows
+            By::HalfWave(last) => (1.0 / (1.0 / time + share * 0.5 / last).max(f64::MIN_POSITIVE)).min(last),
+        }
+    }
+}
+
+/// By how much a column of unit norm reduces the sum of squares given others; `None` where it depends on them.
+fn gain(column: &[f64], (basis, residual): &Given) -> Option<f64> {
+    let outside = 1.0 - basis.iter().map(|b| dot(b, column).powi(2)).sum::<f64>();
+    (outside > INDEPENDENT).then(|| dot(column, residual).powi(2) / outside)
+}
 
 impl Weighed {
     /// Cosine and sine of a wave of this period of a bias or a channel, weighed; `None` for what does not wave.
@@ -49,6 +107,12 @@ impl Weighed {
     /// The best phase of a wave; `None` for what does not wave, or is not independent.
     pub(super) fn wave(&self, of: &Cause, period: f64, given: &Given) -> Option<CourseFit> {
         phased(of, period, &self.both(of, period)?, given)
+    }
+
+    /// The wave of the best period near this one, in a run that is so long.
+    pub(super) fn finest_wave(&self, of: &Cause, near: f64, given: &Given, last: f64) -> Option<CourseFit> {
+        let at = |period: f64| self.wave(of, period, given).map(|fit| (-fit.gain, fit));
+        By::HalfWave(last).finest(near, at).map(|(_, fit)| fit)
     }
 
     /// A square wave with the edges and the period that explain most, near some, after so many rounds at most; in a run that is so long.
@@ -132,8 +196,13 @@ fn phased(of: &Cause, period: f64, [cosine, sine]: &[Vec<f64>; 2], (basis, resid
 }
 
 /// The largest gain of some waves, and its period.
-fn largest(cause: &Cause, waves: &[(f64, [Vec<f64>; 2])], given: &Given) -> Option<(f64, f64)> {
-    let fits = waves.iter().filter_map(|(period, both)| Some((phased(cause, *period, both, given)?.gain, *period)));
+fn largest<'a>(
+    cause: &Cause,
+    waves: impl IntoIterator<Item = &'a (f64, [Vec<f64>; 2])>,
+    given: &Given,
+) -> Option<(f64, f64)> {
+    let fits =
+        waves.into_iter().filter_map(|(period, both)| Some((phased(cause, *period, both, given)?.gain, *period)));
     fits.max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
@@ -183,16 +252,13 @@ impl Search<'_> {
         let square = |(place, member): (usize, &Cause)| {
             let Some(Change::Wave { period, .. }) = member.change() else { return None };
             let given = with(&|k| k != place);
-            let square = rows.switched(&rows.wave(member, period, &given)?, &given, last, ROUNDS)?;
+            let square = rows.switched(&rows.wave(member, period, &given)?, &given, last, ROUNDS_OF_WAVE)?;
             Some(square.cause).filter(|cause| !self.case.is_absurd(cause, square.size))
         };
         found.extend(state.set.iter().enumerate().filter_map(square));
         for ((given, count), mut all) in conditions.iter().zip(coarse) {
             all.sort_by(|a, b| b.0.total_cmp(&a.0));
-            let finest = |(_, period, cause): &(f64, f64, Cause)| {
-                let at = |period: f64| rows.wave(cause, period, given).map(|fit| (-fit.gain, fit));
-                By::HalfWave(last).finest(*period, at).map(|(_, fit)| fit)
-            };
+            let finest = |(_, period, cause): &(f64, f64, Cause)| rows.finest_wave(cause, *period, given, last);
             let fits: Vec<CourseFit> = all.iter().take(*count).filter_map(finest).collect();
             // the work is bounded: beside the set, nothing and constants
             let first = fits.first().filter(|_| *count == CANDIDATES);
@@ -209,8 +275,7 @@ impl Search<'_> {
         let (given, last) = (rows.given(columns, observed), self.last());
         let gain = |(cause, waves): &(Cause, Vec<(f64, [Vec<f64>; 2])>)| {
             let (_, period) = largest(cause, waves, &given)?;
-            let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
-            let (_, wave) = By::HalfWave(last).finest(period, at)?;
+            let wave = rows.finest_wave(cause, period, &given, last)?;
             Some(rows.switched(&wave, &given, last, 1).map_or(wave.gain, |square| square.gain))
         };
         self.waves_of(is_of, rows).iter().filter_map(gain).fold(0.0, f64::max)
@@ -251,20 +316,121 @@ impl Search<'_> {
                     Change::Wave { period, .. } => !is_own || (2.0 * last / other - 2.0 * last / period).abs() > 1.0,
                     _ => !is_own,
                 };
-                let of =
-                    |(period, both): &(f64, [Vec<f64>; 2])| Some((phased(cause, *period, both, &given)?.gain, *period));
-                let best = waves.iter().filter(|(period, _)| is_other(*period)).filter_map(of);
-                let at = |period: f64| rows.wave(cause, period, &given).map(|fit| (-fit.gain, fit));
-                let finest = |(_, period)| By::HalfWave(last).finest(period, at).map(|(_, fit)| fit.cause);
+                let best = || largest(cause, waves.iter().filter(|(period, _)| is_other(*period)), &given);
+                let finest = |(_, period)| Some(rows.finest_wave(cause, period, &given, last)?.cause);
                 let is_apart =
                     |found: &Cause| matches!(found.change(), Some(Change::Wave { period, .. }) if is_other(period));
                 causes.extend(match change {
-                    Change::Wave { .. } => best.max_by(|a, b| a.0.total_cmp(&b.0)).and_then(finest).filter(is_apart),
+                    Change::Wave { .. } => best().and_then(finest).filter(is_apart),
                     _ if is_own => None,
                     _ => cause.with_change(change),
                 });
             }
         }
         causes
+    }
+
+    /// The steps and warm-ups that reduce the sum of squares most under each condition, as many as it asks for and of each bias and channel one, with their
+    /// times refined: those of the grid are too far apart for what the data say of them.
+    fn timed(&self, rows: &Weighed, conditions: &[(Given, usize)]) -> Vec<Cause> {
+        let shortest = self.last() / rows.short.measured.longest_run().max(1) as f64;
+        let mut found = Vec::new();
+        for (given, count) in conditions {
+            let mut best: Vec<(f64, Cause)> = Vec::new();
+            for (cause, (column, norm)) in self.case.causes.iter().zip(&rows.unit) {
+                if !matches!(cause.change(), Some(Change::Step(_) | Change::WarmUp(_))) || *norm == 0.0 {
+                    continue;
+                }
+                let Some(gain) = gain(column, given) else { continue };
+                match best.iter_mut().find(|(_, other)| other.family() == cause.family()) {
+                    Some(other) if other.0 < gain => *other = (gain, *cause),
+                    Some(_) => {}
+                    None => best.push((gain, *cause)),
+                }
+            }
+            best.sort_by(|a, b| b.0.total_cmp(&a.0));
+            let finest = |(_, cause): &(f64, Cause)| self.finest(rows, cause, given, shortest);
+            let fits = best.iter().take(*count).filter_map(finest);
+            found.extend(fits.filter(|fit| !self.case.is_absurd(&fit.cause, fit.size)).map(|fit| fit.cause));
+        }
+        found
+    }
+
+    /// What the times, periods and phases of some causes can do: columns along the derivatives by them, of these columns' rows.
+    pub(super) fn moves(&self, set: &[Cause], columns: &Columns) -> Vec<Vec<f64>> {
+        let of = |cause: &Cause| {
+            let beside = cause.change().map_or(Vec::new(), |change| change.beside(self.last()));
+            let column = |change| cause.with_change(change).map(|cause| columns.of(&cause));
+            let moved = beside.into_iter().filter_map(move |[a, b]| Some((column(a)?, column(b)?)));
+            moved.map(|(a, b)| a.iter().zip(b).map(|(a, b)| b - a).collect::<Vec<f64>>()).collect::<Vec<_>>()
+        };
+        set.iter().flat_map(of).collect()
+    }
+
+    /// The best time near that of a step or a warm-up; `None` for what is neither.
+    fn finest(&self, rows: &Weighed, cause: &Cause, given: &Given, shortest: f64) -> Option<CourseFit> {
+        let at = |change: Change| {
+            // a change that is over between two rows is not visible in them
+            let is_seen = !matches!(change, Change::WarmUp(time) if time < shortest);
+            let fit = rows.fit(cause.with_change(change).filter(|_| is_seen)?, given)?;
+            Some((-fit.gain, fit))
+        };
+        let found = match cause.change()? {
+            Change::Step(time) => By::Shift(self.spacing()).finest(time, |time| at(Change::Step(time))),
+            Change::WarmUp(time) => By::Factor(3f64.ln()).finest(time.max(shortest), |time| at(Change::WarmUp(time))),
+            _ => None,
+        };
+        found.map(|(_, fit)| fit)
+    }
+
+    /// Time between the steps of the grid, s.
+    fn spacing(&self) -> f64 {
+        let steps = self.case.causes.iter().filter_map(|cause| match cause {
+            Cause::Changing(_, Change::Step(time)) => Some(*time),
+            _ => None,
+        });
+        steps.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The time of a step, a warm-up or a wave is one of a coarse grid: the best one near it, on the linear model, finer and finer. Was any moved?
+    pub(super) fn sharpen(&self, state: &State, set: &mut [Cause], values: &mut [f64]) -> bool {
+        let last = self.last();
+        if !set.iter().any(Cause::is_course) {
+            return false;
+        }
+        // in all rows: a time is known better than a row of fewer is long
+        let mut rows = self.weighed(&state.out);
+        if rows.short.is_short() {
+            let whole = Shortened::whole(self.case.measured, &self.case.without(self.u, &state.out));
+            rows = Rc::new(Weighed::of_rows(&self.case, whole, &state.out));
+        }
+        let shortest = last / rows.short.measured.longest_run().max(1) as f64;
+        let (columns, observed) = self.linearised(state, &rows);
+        let member = |cause: &Cause| state.set.iter().position(|other| other == cause);
+        let column = |cause: &Cause| {
+            let kept = member(cause).and_then(|k| columns.get(k));
+            kept.cloned().unwrap_or_else(|| rows.of(&self.case, cause))
+        };
+        let mut moved = false;
+        for k in 0..set.len() {
+            let Some(&kind) = set.get(k) else { continue };
+            // what the others leave
+            let fixed = set.iter().enumerate().filter(|(i, _)| *i != k).map(|(_, cause)| column(cause));
+            let others = rows.given(fixed, observed.clone());
+            let found = match kind.change() {
+                Some(Change::Square { .. }) => rows.square(&kind, &others, last, ROUNDS),
+                Some(Change::Wave { period, .. }) => rows.finest_wave(&kind, period, &others, last),
+                Some(_) => self.finest(&rows, &kind, &others, shortest),
+                None => continue,
+            };
+            let before = rows.fit(kind, &others).map(|fit| fit.gain);
+            if let Some((fit, before)) = found.zip(before)
+                && fit.gain - before > SHARPER
+                && let (Some(cause), Some(size)) = (set.get_mut(k), values.get_mut(k))
+            {
+                (*cause, *size, moved) = (fit.cause, fit.size, true);
+            }
+        }
+        moved
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::elements::Elements;
 use crate::linear::{Triangle, dot, normalise};
-use crate::uncertainty::quantiles::normal_quantile;
+use crate::uncertainty::quantiles::{normal_quantile, normal_survival};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -15,8 +15,8 @@ pub(super) const INDEPENDENT: f64 = 1e-7;
 
 /// Inner products of columns (weighted, of unit norm) with each other and with a residual.
 pub(super) struct Products {
-    columns: Vec<Rc<Vec<f64>>>,
-    residual: Vec<f64>,
+    pub columns: Vec<Rc<Vec<f64>>>,
+    pub residual: Vec<f64>,
     /// Rows of `C' C`, computed on demand: those of the columns of sets so far.
     gram: RefCell<Vec<Option<Rc<Vec<f64>>>>>,
     /// Its diagonal.
@@ -24,7 +24,7 @@ pub(super) struct Products {
     /// `C' r`.
     along: Vec<f64>,
     /// `r' r`.
-    pub square: f64,
+    square: f64,
 }
 
 /// A set solved: its coefficients (of the unit columns), the inverse of its products, and the residual sum of squares.
@@ -48,15 +48,6 @@ impl Products {
     pub fn normalised(mut columns: Vec<Vec<f64>>, residual: &[f64]) -> (Products, Vec<f64>) {
         let norms = columns.iter_mut().map(|column| normalise(column)).collect();
         (Products::new(columns.into_iter().map(Rc::new).collect(), residual), norms)
-    }
-
-    /// The columns, and the residual that they explain.
-    pub fn columns(&self) -> &[Rc<Vec<f64>>] {
-        &self.columns
-    }
-
-    pub fn residual(&self) -> &[f64] {
-        &self.residual
     }
 
     /// Products of one column with all.
@@ -173,4 +164,10 @@ pub(super) fn penalty(significance: f64, count: usize) -> f64 {
     let tail = 0.5 * significance / count.max(1) as f64;
     // at a significance of zero, beyond all numbers
     normal_quantile(tail).map_or(f64::INFINITY, |z| z * z)
+}
+
+/// Family-wise probability of so large a t by chance in so many tests.
+pub(super) fn chance(t: f64, tests: usize) -> f64 {
+    // t beyond all numbers: certain
+    (2.0 * normal_survival(t.abs()).unwrap_or_default() * tests as f64).min(1.0)
 }

@@ -5,9 +5,9 @@
     reason = "`combine` has compared the matrix with its order; the sources' covariance is square over `sources`, with one scale and one eigenvalue each"
 )]
 
-use super::errors::{ErrorSource, ImuErrors};
+use super::errors::{ErrorSource, ImuErrors, NavigationError};
 use super::linear::{STATES, Signatures, Square};
-use super::run::{NavigationError, Scenario};
+use super::run::Scenario;
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::DMatrix;
 use rand_distr::{Distribution, StandardNormal};
@@ -22,9 +22,6 @@ pub struct SourceCovariance {
     /// The matrix.
     pub matrix: DMatrix<f64>,
 }
-
-/// Standard uncertainties of the navigation errors at one instant.
-pub type NavigationUncertainty = NavigationError;
 
 /// Combine a report's parameters to error sources: `Sigma_sources = A Sigma_report A^T`.
 ///
@@ -143,7 +140,7 @@ fn check_covariance(order: &[String], matrix: &[Vec<Option<f64>>]) -> Result<()>
 
 impl SourceCovariance {
     /// Standard uncertainties of the navigation errors by the signatures: `P = S Sigma S^T`, and that of the noise.
-    pub(crate) fn propagate(&self, signatures: &Signatures) -> NavigationUncertainty {
+    pub(crate) fn propagate(&self, signatures: &Signatures) -> NavigationError {
         let all = ErrorSource::catalogue();
         let columns: Vec<_> = self
             .sources
@@ -165,12 +162,7 @@ impl SourceCovariance {
                 }
             }
         }
-        let deviation = |i: usize| covariance[i][i].max(0.0).sqrt();
-        NavigationUncertainty {
-            attitude: [deviation(0), deviation(1), deviation(2)],
-            velocity: [deviation(3), deviation(4)],
-            position: [deviation(6) * signatures.metres[0], deviation(5) * signatures.metres[1]],
-        }
+        signatures.error(&std::array::from_fn(|i| covariance[i][i].max(0.0).sqrt()))
     }
 
     /// Scenarios drawn from the covariance (seeded), with the noise of `base`.

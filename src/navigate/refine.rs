@@ -2,13 +2,11 @@
 
 use super::case::{Case, Flown};
 use super::cause::Cause;
-use super::instant::Instant;
+use super::errors::ImuErrors;
 use super::products::{Products, Solved};
-use super::random_walk::UnstatedWalk;
 use super::weighed::Weighed;
-use super::whiten::Walks;
-use crate::diagnosis::Gap;
-use crate::diagnosis::NoiseFrom;
+use super::whiten::{Instant, Walks};
+use crate::diagnosis::{Gap, NoiseFrom, Step};
 use crate::linear::dot;
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
@@ -55,11 +53,25 @@ impl State {
     }
 }
 
-/// One step of the search, for the record.
-pub(super) struct Seen {
-    pub set: Vec<Cause>,
-    pub strongest: Option<(Cause, f64)>,
-    pub p: Option<f64>,
+/// A random walk that the mission does not state (`unstated_walk.rs` looks for them).
+#[derive(Debug, Clone)]
+pub(super) struct UnstatedWalk {
+    pub cause: Cause,
+    /// Its density, SI.
+    pub density: f64,
+    pub u: f64,
+    /// By how much `-2 ln L` is less than without it, the densities of the others fitted anew.
+    pub gain: f64,
+    /// Other walks in its place, with their density and by how much `-2 ln L` is larger.
+    pub others: Vec<(Cause, f64, f64)>,
+}
+
+/// The errors with those among these walks that a mission can state: white noise of the gyros or the accelerometers.
+pub(super) fn stated(errors: &ImuErrors, walks: &[UnstatedWalk]) -> ImuErrors {
+    walks.iter().fold(*errors, |errors, walk| match walk.cause {
+        Cause::RandomWalk(instrument) => errors.walking(instrument, walk.density),
+        _ => errors,
+    })
 }
 
 /// A search through sets of causes.
@@ -69,7 +81,8 @@ pub(super) struct Search<'a> {
     /// Penalty of each cause, and how many are distinct.
     pub penalty: f64,
     pub distinct: usize,
-    pub seen: Vec<Seen>,
+    /// Its record.
+    pub steps: Vec<Step>,
     pub flights: usize,
     /// How often the columns were made anew around a state.
     pub moved: usize,
@@ -104,7 +117,7 @@ impl<'a> Search<'a> {
             u,
             penalty,
             distinct,
-            seen: Vec::new(),
+            steps: Vec::new(),
             flights: 0,
             moved: 0,
             ordinary: None,

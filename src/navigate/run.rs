@@ -3,9 +3,11 @@
 //! Rows go to a sink one at a time, so that memory does not depend on the duration.
 
 use super::errors::ImuErrors;
+pub use super::errors::NavigationError;
+use super::mechanise::STATES;
 use super::mission::Mission;
 use super::motion::Motion;
-use super::simd_batch::{Belief, Fleet};
+use super::simd_batch::Fleet;
 use super::trajectory::{Trajectory, Truth, metres};
 use crate::elements::Elements;
 
@@ -16,20 +18,6 @@ pub struct Scenario {
     pub id: String,
     /// The unit's errors.
     pub errors: ImuErrors,
-}
-
-/// The errors of a navigator.
-///
-/// Attitude is the *phi* angle: the navigator's level frame is the true one turned by the small rotation `phi`, so that
-/// its attitude is `C' = (I - phi x) C`. Velocity and position are computed minus true.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct NavigationError {
-    /// `phi` about east, north, up, rad.
-    pub attitude: [f64; 3],
-    /// East, north, m/s.
-    pub velocity: [f64; 2],
-    /// East, north, m on the ground.
-    pub position: [f64; 2],
 }
 
 /// One instant of output.
@@ -90,10 +78,10 @@ pub struct Flight {
 }
 
 impl NavigationError {
-    /// A navigator's belief against the truth.
-    pub fn of(belief: &Belief, truth: &Truth, altitude_m: f64) -> Self {
+    /// A navigator's belief, by its states, against the truth.
+    pub fn of(belief: &[f64; STATES], truth: &Truth, altitude_m: f64) -> Self {
         // C' C^T as a quaternion: its vector part is -phi/2.
-        let [w, x, y, z] = belief.quaternion;
+        let [w, x, y, z, east, north, latitude_rad, longitude_rad, ..] = *belief;
         let [tw, tx, ty, tz] = truth.quaternion;
         let scalar = w * tw + x * tx + y * ty + z * tz;
         let vector = [
@@ -107,8 +95,8 @@ impl NavigationError {
         let sign = if scalar < 0.0 { 1.0 } else { -1.0 };
         NavigationError {
             attitude: vector.map(|v| sign * ratio * v),
-            velocity: [belief.velocity[0] - truth.velocity[0], belief.velocity[1] - truth.velocity[1]],
-            position: metres(truth, altitude_m, belief.latitude_rad, belief.longitude_rad),
+            velocity: [east - truth.velocity[0], north - truth.velocity[1]],
+            position: metres(truth, altitude_m, latitude_rad, longitude_rad),
         }
     }
 

@@ -1,15 +1,14 @@
 //! Causes of a gap: sets are judged on the linear model at a state (`judged.rs`), the most probable one is refined on the full simulation, and all are judged
 //! again from there, until the present set is the most probable one.
 
-use super::candidates::Linear;
 use super::case::Case;
 use super::cause::{Cause, Change};
 use super::errors::{Instrument, Kind};
-use super::judged::{Among, Judged};
+use super::judged::{Among, Judged, Linear};
 use super::products::{self, Products};
-use super::refine::{Search, Seen, State};
+use super::refine::{Search, State};
 use super::weighed::{Weighed, unit};
-use crate::diagnosis::NoiseFrom;
+use crate::diagnosis::{NoiseFrom, Step};
 use crate::linear::dot;
 use std::rc::Rc;
 
@@ -139,9 +138,10 @@ impl<'a> Search<'a> {
         let strongest = linear.products.solve(now).and_then(|solved| {
             let gains = linear.products.gains(now, &solved);
             let best = gains.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1))?;
-            Some((*linear.causes.get(best.0)?, best.1.sqrt()))
+            let t = best.1.sqrt();
+            Some((linear.causes.get(best.0)?.id(), t, products::chance(t, self.distinct)))
         });
-        self.seen.push(Seen { set: state.set.clone(), strongest, p: self.gap_of(state).p });
+        self.steps.push(Step::new(state.set.iter().map(Cause::id).collect(), strongest, self.gap_of(state).p));
     }
 
     /// The linear model at a state: all causes, those of the set by their derivatives there, and some waves.

@@ -15,7 +15,7 @@ use super::finding::Finding;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
 use super::mission::Mission;
 use super::motion::{Attitude, Leg, Legs, Motion, Oscillation, Path};
-use super::signatures::System;
+use super::signatures::system;
 use super::study;
 use super::whiten::whiten;
 use crate::error::Result;
@@ -129,7 +129,7 @@ fn alternatives(mission: &Mission, measured: &Measured, u: &[f64]) -> Result<Vec
         }
         // without stated uncertainties all rows of a channel weigh alike
         let row_u: Vec<f64> = run.cells().map(|cell| cell.u.unwrap_or(1.0)).collect();
-        let System { mut columns, walks } = System::new(&flown, &run);
+        let (mut columns, walks) = system(&flown, &run);
         whiten(&run, &walks, &row_u, &mut columns);
         alternatives.push(Alternative { motion, columns });
     }

@@ -1,7 +1,7 @@
 //! A long record in fewer rows, in which causes are searched for: the findings are fitted to all rows.
 
-use super::instant::Instant;
 use super::measured::{CHANNELS, Measured, MeasuredRow};
+use super::whiten::Instant;
 
 /// Values of a question at most, about: they bound the work. Of seven channels these are two hundred rows; a course of time that is neither noise nor a
 /// single value lasts longer than a hundredth of the run.

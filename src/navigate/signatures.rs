@@ -6,13 +6,13 @@
 //! in full ([`run`]). Values between two pairs of steps are interpolated (the pairs are a fiftieth of a second apart at 100 Hz).
 
 use super::errors::{ErrorSource, ImuErrors};
-pub(crate) use super::instant::Instant;
 use super::linear::{self, Square, State};
 use super::measured::{CHANNELS, Channels, Measured, channels};
 use super::mission::Mission;
 use super::motion::Motion;
 use super::run::{self, Continue, Scenario};
 use super::study;
+pub(crate) use super::whiten::Instant;
 use super::whiten::Walks;
 use crate::elements::Elements;
 use crate::number;
@@ -138,15 +138,6 @@ pub(crate) fn predicted_together(
     at_stops.iter().map(|series| stops.interpolate(series, mix)).collect()
 }
 
-/// The measured values as one system: a row for each, by run, time and channel.
-#[derive(Debug, Clone)]
-pub(super) struct System {
-    /// For each of [`ErrorSource::catalogue`] its column, SI of the channel per SI of the source.
-    pub columns: Vec<Vec<f64>>,
-    /// What the whitening needs.
-    pub walks: Walks,
-}
-
 /// Times of each run, s.
 pub(super) fn times(measured: &Measured) -> Vec<Vec<f64>> {
     measured.runs.iter().map(|run| run.rows.iter().map(|row| row.time).collect()).collect()
@@ -157,25 +148,25 @@ pub(super) fn motion(mission: &Mission, index: usize) -> &Motion {
     study::motions(mission).get(index).map_or(&mission.motion, |(_, motion)| motion)
 }
 
-impl System {
-    pub fn new(mission: &Mission, measured: &Measured) -> System {
-        let mut columns = vec![Vec::with_capacity(measured.count()); ErrorSource::catalogue().len()];
-        let mut walks = Walks::default();
-        for (run, times) in measured.runs.iter().zip(times(measured)) {
-            let instants = instants(mission, motion(mission, run.motion), &times);
-            for (row, instant) in run.rows.iter().zip(&instants) {
-                for (channel, _) in row.value.iter().enumerate().filter(|(_, value)| value.is_some()) {
-                    for (column, signature) in columns.iter_mut().zip(&instant.signatures) {
-                        column.push(signature.at(channel));
-                    }
+/// The measured values as one system, a row for each, by run, time and channel: for each of [`ErrorSource::catalogue`] its column, SI of the channel per SI
+/// of the source, and what the whitening needs.
+pub(super) fn system(mission: &Mission, measured: &Measured) -> (Vec<Vec<f64>>, Walks) {
+    let mut columns = vec![Vec::with_capacity(measured.count()); ErrorSource::catalogue().len()];
+    let mut walks = Walks::default();
+    for (run, times) in measured.runs.iter().zip(times(measured)) {
+        let instants = instants(mission, motion(mission, run.motion), &times);
+        for (row, instant) in run.rows.iter().zip(&instants) {
+            for (channel, _) in row.value.iter().enumerate().filter(|(_, value)| value.is_some()) {
+                for (column, signature) in columns.iter_mut().zip(&instant.signatures) {
+                    column.push(signature.at(channel));
                 }
             }
-            if mission.errors.is_noisy() {
-                walks.instants.push(instants);
-            }
         }
-        System { columns, walks }
+        if mission.errors.is_noisy() {
+            walks.instants.push(instants);
+        }
     }
+    (columns, walks)
 }
 
 /// The full simulation of a set of errors at every measured value.

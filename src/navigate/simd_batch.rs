@@ -7,7 +7,7 @@
 #![allow(clippy::indexing_slicing, reason = "a group has `GROUP` lanes, and axes and inputs run over arrays of three")]
 
 use super::earth::Curvature;
-use super::errors::{ImuErrors, StartErrors, TriadErrors};
+use super::errors::{ImuErrors, NavigationError, TriadErrors};
 use super::mechanise::{self, CHUNK, ERRORS, Memory, STATES, Setting};
 use super::mission::Mission;
 use super::quadrature::MAX_STEPS;
@@ -39,19 +39,6 @@ pub struct Fleet {
     arch: Arch,
 }
 
-/// What one navigator believes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Belief {
-    /// Body to east-north-up, scalar first.
-    pub quaternion: [f64; 4],
-    /// East, north, m/s.
-    pub velocity: [f64; 2],
-    /// Latitude, rad.
-    pub latitude_rad: f64,
-    /// Longitude, rad.
-    pub longitude_rad: f64,
-}
-
 impl Fleet {
     /// Navigators that start from the truth but for their errors of the start, one for each set of errors; lane `k` of noise is seeded by `seed` and `k`.
     pub fn new(mission: &Mission, trajectory: &mut Trajectory, errors: &[ImuErrors], seed: u64) -> Fleet {
@@ -72,17 +59,11 @@ impl Fleet {
         self.block.steps
     }
 
-    /// What navigator `index` believes.
-    pub(crate) fn belief(&self, index: usize) -> Option<Belief> {
+    /// What navigator `index` believes, by its states.
+    pub(crate) fn belief(&self, index: usize) -> Option<[f64; STATES]> {
         let group = self.groups.get(index / GROUP)?;
         let lane = index % GROUP;
-        let at = |i: usize| group.memory.state[i][lane];
-        (lane < group.used).then(|| Belief {
-            quaternion: [at(0), at(1), at(2), at(3)],
-            velocity: [at(4), at(5)],
-            latitude_rad: at(6),
-            longitude_rad: at(7),
-        })
+        (lane < group.used).then(|| group.memory.state.map(|lanes| lanes[lane]))
     }
 }
 
@@ -172,7 +153,7 @@ impl Group {
 }
 
 /// What a navigator believes when it starts, as its states: the truth, turned by `-phi` and shifted.
-fn believed(truth: &Truth, start: &StartErrors, altitude_m: f64) -> [f64; STATES] {
+fn believed(truth: &Truth, start: &NavigationError, altitude_m: f64) -> [f64; STATES] {
     let [tw, tx, ty, tz] = truth.quaternion;
     let angle = start.attitude.iter().map(|phi| phi * phi).sum::<f64>().sqrt();
     let part = if angle > 0.0 { -(0.5 * angle).sin() / angle } else { -0.5 };

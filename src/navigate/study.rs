@@ -7,7 +7,7 @@ use super::errors::{ErrorSource, ImuErrors};
 use super::linear;
 use super::mission::Mission;
 use super::motion::Motion;
-use super::propagation::{NavigationUncertainty, SourceCovariance};
+use super::propagation::SourceCovariance;
 use super::run::{self, Continue, Flight, NavigationError, Outcome, Row, Scenario};
 use crate::number;
 use crate::vocabulary::vocabulary;
@@ -75,11 +75,11 @@ pub struct PropagatedCalibration {
     /// Times, s.
     pub times: Vec<f64>,
     /// Linear covariance.
-    pub linear: Vec<NavigationUncertainty>,
+    pub linear: Vec<NavigationError>,
     /// Draws flown.
     pub draws: usize,
     /// Standard deviation of the draws about zero at the last row; `None` without draws.
-    pub monte_carlo: Option<NavigationUncertainty>,
+    pub monte_carlo: Option<NavigationError>,
 }
 
 /// How far a study has come.
@@ -287,12 +287,12 @@ pub fn propagate_calibration(
     all
 }
 
-fn deviation(outcomes: &[Outcome]) -> NavigationUncertainty {
+fn deviation(outcomes: &[Outcome]) -> NavigationError {
     let rms = |of: &dyn Fn(&NavigationError) -> f64| {
         let squares: f64 = outcomes.iter().map(|outcome| of(&outcome.last).powi(2)).sum();
         (squares / outcomes.len().max(1) as f64).sqrt()
     };
-    NavigationUncertainty {
+    NavigationError {
         attitude: [rms(&|e| e.attitude[0]), rms(&|e| e.attitude[1]), rms(&|e| e.attitude[2])],
         velocity: [rms(&|e| e.velocity[0]), rms(&|e| e.velocity[1])],
         position: [rms(&|e| e.position[0]), rms(&|e| e.position[1])],

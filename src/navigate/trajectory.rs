@@ -66,8 +66,6 @@ pub(crate) struct Trajectory {
     longest: usize,
     /// Parts of a step that are integrated one by one, for a motion faster than the steps.
     parts: usize,
-    /// Memory for the second part of a block.
-    second: Block,
     done: u64,
     steps: u64,
     latitude_rad: f64,
@@ -104,7 +102,6 @@ impl Trajectory {
             heading,
             longest,
             parts,
-            second: Block::default(),
             done: 0,
             steps: mission.steps,
             latitude_rad: mission.site.latitude_rad,
@@ -163,13 +160,12 @@ impl Trajectory {
         self.advance_smooth(limit, block);
         while block.steps % 2 == 1 && block.steps < MAX_STEPS && self.done < self.steps {
             let room = (MAX_STEPS - block.steps) as u64;
-            let mut second = std::mem::take(&mut self.second);
+            let mut second = Block::default();
             self.advance_smooth(limit.saturating_sub(block.steps as u64).clamp(1, room), &mut second);
             for (row, part) in block.increments.iter_mut().zip(second.increments.iter()) {
                 row[block.steps..].iter_mut().zip(&part[..second.steps]).for_each(|(slot, value)| *slot = *value);
             }
             block.steps += second.steps;
-            self.second = second;
         }
     }
 

@@ -23,8 +23,7 @@ use super::errors::{ErrorSource, Instrument};
 use super::judged::largest;
 use super::measured::{CHANNELS, Measured};
 use super::products::INDEPENDENT;
-use super::random_walk::{UnstatedWalk, with};
-use super::refine::{Search, State};
+use super::refine::{Search, State, UnstatedWalk};
 use super::search::Ordinary;
 use super::shortened::Shortened;
 use super::signatures::{Instant, instants, motion, times};
@@ -267,9 +266,15 @@ impl<'a> Search<'a> {
         others.filter(|(_, _, excess)| *excess <= self.case.settings.indistinguishable).collect()
     }
 
+    /// The question in rows that stand for stretches of time.
+    fn picked_rows(&self, state: &State) -> Weighed {
+        let short = Shortened::picked(self.case.measured, &self.case.without(self.u, &state.out));
+        Weighed::of_rows(&self.case, short, &state.out)
+    }
+
     /// ln of the odds of what channels do by themselves against noise alone, given the causes of a state.
     fn remainder(&self, state: &State) -> f64 {
-        let rows = Weighed::picked(&self.case, self.u, &state.out);
+        let rows = self.picked_rows(state);
         let basis = orthonormal(rows.rows(state.flown.jacobian.iter()), INDEPENDENT);
         let mut residual = rows.rows([&self.case.residual(&state.flown.predicted)].into_iter());
         let residual = residual.pop().unwrap_or_default();
@@ -302,7 +307,7 @@ impl<'a> Search<'a> {
             let place = biases.iter().position(|bias| *cause == Cause::Changing(*bias, Change::Ramp));
             place.is_some_and(|place| fit.walks.iter().any(|walk| moves(walk, place)))
         };
-        let rows = Weighed::picked(&self.case, self.u, &state.out);
+        let rows = self.picked_rows(state);
         self.gain_of_wave(state, &rows, is_moved) > gain + price - self.case.settings.indistinguishable
     }
 
@@ -322,7 +327,7 @@ impl<'a> Search<'a> {
         self.units.get_or_init(|| {
             [Instrument::Gyro, Instrument::Accelerometer].map(|instrument| {
                 let mut mission = self.case.mission.clone();
-                mission.errors = with(&mission.errors.noiseless(), instrument, 1.0);
+                mission.errors = mission.errors.noiseless().walking(instrument, 1.0);
                 let runs = self.case.measured.runs.iter().zip(times(self.case.measured));
                 runs.map(|(run, times)| instants(&mission, motion(&mission, run.motion), &times)).collect()
             })

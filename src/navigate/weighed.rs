@@ -15,8 +15,7 @@ pub(super) type Waves = Vec<(Cause, Vec<(f64, [Vec<f64>; 2])>)>;
 
 /// A question in fewer rows: its columns weighed and of unit norm, with their norms; the same for every state with the same values left out.
 pub(super) struct Weighed {
-    /// The raw columns and random walks from which it was made.
-    raw: Rc<Vec<Vec<f64>>>,
+    /// The columns and random walks from which it was made.
     columns: Rc<Columns>,
     out: Vec<usize>,
     pub short: Shortened,
@@ -56,25 +55,16 @@ impl Weighed {
         weighed
     }
 
-    /// In all rows, without the columns of unit norm: for the few columns of a set.
-    pub fn whole(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
-        Weighed::of_rows(case, Shortened::whole(case.measured, &case.without(u, out)), out)
-    }
-
-    /// In rows that stand for stretches of time, likewise.
-    pub fn picked(case: &Case<'_>, u: &[f64], out: &[usize]) -> Weighed {
-        Weighed::of_rows(case, Shortened::picked(case.measured, &case.without(u, out)), out)
-    }
-
-    fn of_rows(case: &Case<'_>, short: Shortened, out: &[usize]) -> Weighed {
+    /// In these rows, without the columns of unit norm: for the few columns of a set.
+    pub fn of_rows(case: &Case<'_>, short: Shortened, out: &[usize]) -> Weighed {
         let made = case.columns.shortened(&short);
-        let (raw, columns, out) = (case.raw.clone(), case.columns.clone(), out.to_vec());
+        let (columns, out) = (case.columns.clone(), out.to_vec());
         let filter = Filter::new(&short.measured, &made.walks, &short.u);
-        Weighed { raw, columns, out, short, made, unit: Vec::new(), filter, waves: OnceCell::new() }
+        Weighed { columns, out, short, made, unit: Vec::new(), filter, waves: OnceCell::new() }
     }
 
     pub fn is_of(&self, case: &Case<'_>, out: &[usize]) -> bool {
-        Rc::ptr_eq(&self.raw, &case.raw) && Rc::ptr_eq(&self.columns, &case.columns) && self.out == out
+        Rc::ptr_eq(&self.columns, &case.columns) && self.out == out
     }
 
     /// Columns over all values in these rows, weighed.

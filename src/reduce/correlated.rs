@@ -22,7 +22,7 @@
 
 use super::innovations::{FLICKER_ALLAN, Process, Products, flicker, flicker_level, markov_lags, markov_mean};
 use super::rounded;
-use super::segment_blocks::SegmentBlocks;
+use super::trace::SegmentBlocks;
 use super::turning::{self, Designs, Turned};
 use crate::elements::Elements;
 use crate::number;

@@ -12,7 +12,7 @@
 //! their variances, all places alike, with the prior `1/s` of a standard deviation. For each segment it gives the places, and their errors, that its variance allows: `u` is their root mean
 //! square, or more where 1.96 of it would not hold 95 %. One segment, two or many, of one level or of several: there is no other rule. A step that no two values show is the last decimal place of the value.
 
-use super::segment_blocks::SegmentBlocks;
+use super::trace::SegmentBlocks;
 use crate::uncertainty::quantiles::{normal_quantile, normal_survival};
 use std::sync::LazyLock;
 

@@ -283,7 +283,7 @@ fn covariance_carried_two_ways() {
     let draws = 160;
     let carried = study::propagate_calibration(&mission, &covariance, draws, &mut |_| Continue::Yes);
     let (linear, sampled) = (carried[0].linear.last().unwrap(), carried[0].monte_carlo.unwrap());
-    let all = |u: &propagation::NavigationUncertainty| [&u.attitude[..], &u.velocity, &u.position].concat();
+    let all = |u: &NavigationError| [&u.attitude[..], &u.velocity, &u.position].concat();
     println!("linear {:?}\nMonte Carlo {:?}", all(linear), all(&sampled));
     // A standard deviation from n draws has the relative uncertainty 1/sqrt(2 n) = 3.5 %; three of them, seeded.
     for (a, b) in all(linear).iter().zip(all(&sampled)) {
