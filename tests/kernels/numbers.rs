@@ -43,6 +43,9 @@ fn draws_stay_below_their_end() {
 }
 
 #[test]
+fn lower_bits_are_kept() {}
+
+#[test]
 fn singles_are_the_nearest() {
     assert_eq!((single(0.1), single(1e300)), (0.1_f32, f32::INFINITY));
 }
