@@ -80,6 +80,12 @@ pub(crate) fn below(bits: u64, below: usize) -> usize {
     ((u128::from(bits) * below as u128) >> 64) as usize
 }
 
+/// The lower 32 bits.
+#[cfg(feature = "parquet")]
+pub(crate) const fn low_half(bits: u64) -> u32 {
+    bits as u32
+}
+
 /// The nearest number of single precision; infinite above its range.
 pub(crate) const fn single(x: f64) -> f32 {
     x as f32

@@ -1,6 +1,7 @@
 //! Parquet in blocks: the selected columns of one row group after the other.
 
 use super::columnar_arrow;
+use super::columnar_labels::{self, Pages};
 use super::guard::guarded;
 use super::times::Times;
 use super::{As, Block, Column, Head, Labels, UNREADABLE};
@@ -207,6 +208,7 @@ fn half(bits: u16) -> f64 {
 /// A column of the row group that is being read.
 enum Open {
     Values(Box<ColumnReader>),
+    Labels(Pages),
     /// Values of a type that is not read, where cells may be texts: so many rows, each with the name of the type.
     Unread(usize, String),
 }
@@ -305,6 +307,9 @@ impl Columnar {
                 if self.group >= self.reader.num_row_groups() || self.wanted.is_empty() {
                     return Ok(false);
                 }
+                if std::mem::take(&mut self.head.forgets) {
+                    self.head.labels = Labels::default();
+                }
                 let group = self.reader.get_row_group(self.group).map_err(error)?;
                 let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
                 let open = |(column, kind): &(usize, As)| {
@@ -320,6 +325,13 @@ impl Columnar {
                                 .at_path(title));
                         }
                         _ if is_unread => Open::Unread(rows, values_of(chunk.column_descr())),
+                        As::Label | As::Written | As::Mixed
+                            if columnar_labels::reads(chunk) && self.meanings.get(*column) == Some(&Meaning::Plain) =>
+                        {
+                            let is_optional = chunk.column_descr().max_def_level() > 0;
+                            let pages = group.get_column_page_reader(*column).map_err(error)?;
+                            Open::Labels(Pages::new(pages, is_optional))
+                        }
                         _ => Open::Values(Box::new(group.get_column_reader(*column).map_err(error)?)),
                     })
                 };
@@ -347,6 +359,11 @@ impl Columnar {
                         );
                         Ok(())
                     }
+                    (kind, Open::Labels(pages)) => pages.read(ROWS, to, &mut self.head.labels).map(|()| {
+                        if *kind == As::Mixed {
+                            mixed(to, &self.head.labels.texts);
+                        }
+                    }),
                     (As::Mixed, Open::Values(reader)) if !meaning.is_number_of(reader) => {
                         labels(reader, to, meaning, &mut self.head.labels).map(|()| mixed(to, &self.head.labels.texts))
                     }

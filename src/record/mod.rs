@@ -14,6 +14,7 @@
 //! | `delimited.rs` | a table of text in blocks |
 //! | `columnar.rs` | Parquet in blocks |
 //! | `columnar_arrow.rs` | what Arrow says of Parquet's columns: durations |
+//! | `columnar_labels.rs` | texts of a Parquet column as numbers of labels |
 //! | `workbook.rs` | sheets of Excel and OpenDocument workbooks (feature `excel`) |
 //! | `matlab.rs`, `unpacked.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
 //! | `mcap.rs`, `bag.rs` | logs of robots, MCAP and bags of ROS 1: messages `sensor_msgs/Imu` (feature `mcap`) |
@@ -32,6 +33,8 @@ mod clock;
 mod columnar;
 #[cfg(feature = "parquet")]
 mod columnar_arrow;
+#[cfg(feature = "parquet")]
+mod columnar_labels;
 mod delimited;
 mod dialect;
 #[cfg(any(feature = "excel", feature = "hdf5", feature = "parquet"))]
@@ -240,6 +243,9 @@ struct Head {
     name: String,
     columns: Vec<Column>,
     labels: Labels,
+    /// Are the labels forgotten as soon as their numbers are no longer needed?
+    #[allow(dead_code, reason = "Parquet alone reads it")]
+    forgets: bool,
     times: times::Times,
 }
 
@@ -460,8 +466,9 @@ impl Record {
     pub(crate) fn forget_labels(&mut self) {
         match &mut self.0 {
             Source::Text(table) => table.head.labels = Labels::default(),
+            // dictionaries have their numbers until the next row group begins
             #[cfg(feature = "parquet")]
-            Source::Parquet(table) => table.head.labels = Labels::default(),
+            Source::Parquet(table) => table.head.forgets = true,
             // it is held whole as it is
             Source::Held(_) => {}
         }

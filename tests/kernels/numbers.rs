@@ -1,6 +1,6 @@
 //! Floats that become counts, and long numbers that become short ones.
 
-use crate::number::{below, count, count_u64, index, signed, single, unsigned, whole, whole_i64};
+use crate::number::{below, count, count_u64, index, low_half, signed, single, unsigned, whole, whole_i64};
 
 #[test]
 fn counts_of_floats_saturate() {
@@ -43,7 +43,9 @@ fn draws_stay_below_their_end() {
 }
 
 #[test]
-fn lower_bits_are_kept() {}
+fn lower_bits_are_kept() {
+    assert_eq!((low_half(0x1_2345_6789), low_half(7)), (0x2345_6789, 7));
+}
 
 #[test]
 fn singles_are_the_nearest() {
