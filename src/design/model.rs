@@ -476,10 +476,10 @@ impl<const L: usize> Sums<L> {
     }
 }
 
-/// Is a derivative only the rounding of terms of this mean size that cancel?
+/// Is a derivative only the rounding of terms of this mean size that cancel? An infinite one is none.
 #[inline(always)]
 fn is_rounding(sum: f64, size: f64) -> bool {
-    sum.abs() <= 8.0 * f64::EPSILON * size
+    sum.is_finite() && sum.abs() <= 8.0 * f64::EPSILON * size
 }
 
 /// `sums += weights * parts`.

@@ -16,6 +16,7 @@
 //! | `augmented.rs` | score and exact fit in turn |
 //! | `candidates.rs` | each effect as a column of this campaign, and how large it is |
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
+//! | `own_noise.rs` | the noise of each of several sensors that share random effects |
 //! | `pool.rs` | lazy orthogonalisation of many columns |
 //! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test; where variances of what scatters are estimated |
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column; columns of ones at some rows, compared without being made |

@@ -11,7 +11,8 @@
 //! |---|---|
 //! | `adjust.rs` | one call from a [`System`] to an [`Estimate`] |
 //! | `factor.rs` | weights, column scales, pivoted QR, rank; solutions refined with residuals in twice the working precision; what it says of the unknowns |
-//! | `pivoted.rs` | the pivoted QR |
+//! | `pivoted.rs` | the pivoted QR; back substitution |
+//! | `compensated.rs` | sums of products in twice the working precision |
 //! | `eight.rs` | eight small systems side by side |
 //! | `basis.rs` | which columns depend on which, and the parameters' combinations that follow |
 //! | `groups.rs` | each group's rows as a triangle that says the same; the scales `s_g` of several groups |

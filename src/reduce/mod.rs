@@ -14,6 +14,7 @@
 //! | `turns.rs` | whole turns, by a stated rate or an encoder's angle |
 //! | `correlated.rs` | the uncertainty of means, from all segments of one noise together |
 //! | `innovations.rs` | its arithmetic: covariances of block means, their innovations |
+//! | `rounded.rs` | what the steps of a channel leave in a mean |
 //! | `hold.rs` | the same while samples come: what is held now, and how long still |
 //!
 //! Deliberately absent: corrections of any sample. Nothing is dropped unless the result says so.

@@ -19,6 +19,26 @@ fn refused(text: &str) -> tumble::error::Malformed {
     fit::fit(&parse(text), &Settings::default()).expect_err("refused")
 }
 
+/// `d sqrt(b + x)/db = 1/(2 sqrt(b + x))` is infinite at b = x = 0: the fit says where, and does not go on as if the reading knew nothing of b.
+#[test]
+fn an_infinite_derivative_is_no_zero() {
+    let text = |start: f64| {
+        let readings: Vec<String> =
+            (0..5).map(|x| format!("{{\"x\": {x}, \"y\": {}}}", 2.0 * (0.25 + f64::from(x)).sqrt())).collect();
+        format!(
+            r#"{{ "bench": {{ "id": "root", "sensors": {{ "y": {{ "model": "k*sqrt(b + x)" }} }} }},
+                "estimate": {{ "k": {{ "start": 1 }}, "b": {{ "start": {start} }} }}, "readings": [ {} ] }}"#,
+            readings.join(", ")
+        )
+    };
+    let error = refused(&text(0.0));
+    assert!(error.to_string().contains("no finite derivative by 'b'"), "{error}");
+    assert!(error.place().path.starts_with("readings[0]"), "{}", error.place().path);
+    let fit = fitted(&parse(&text(1.0)));
+    assert_within(value(&fit, "k"), 2.0, 1e-10, "k");
+    assert_within(value(&fit, "b"), 0.25, 1e-10, "b");
+}
+
 /// Readings that are all 1.25 are known to half a hundredth, not to 1e-92: u of their mean is 0.01/sqrt 12/sqrt 4.
 #[test]
 fn readings_without_scatter_have_the_uncertainty_of_their_last_digit() {
