@@ -1,6 +1,6 @@
 //! Benches, campaigns and schedules in code: the same keys as in their files, one call each.
 
-use super::front::Texts;
+use super::folder::Texts;
 use super::{
     BenchFile, BenchRef, CampaignFile, Cell, ConstraintFile, DerivedFile, DirectionFile, KnownEntry, LinkFile,
     ReadingFile, ReadingsRef, SensorFile, SiteFile, bench_file,

@@ -1,7 +1,7 @@
-//! The front door for programs: questions from texts and files in one call; and where what a campaign refers to is found.
+//! The front door for programs: questions from texts and files in one call.
 
 use super::{
-    BenchRef, Fetch, Source, bench_file, campaign_from, campaign_of, locate, read_bench, read_campaign, read_rows_of,
+    BenchRef, Folder, Source, bench_file, campaign_from, campaign_of, locate, read_bench, read_campaign, read_rows_of,
 };
 use crate::bench::Bench;
 use crate::campaign::Campaign;
@@ -79,39 +79,6 @@ pub fn fit_rows_beside(source: &Source, folder: &Path, settings: &Settings) -> R
     let mut folder = Beside(folder);
     let (campaign, mut rows, sample) = read_rows_of(&campaign_of(source)?, source, &mut folder, Some(settings))?;
     streamed::fit(campaign, &mut rows, &sample, settings).map_err(|error| locate(error, source))
-}
-
-/// Finds what a campaign refers to by a path of its own (relative to its file).
-pub trait Folder {
-    /// A text: a bench file.
-    fn text(&mut self, name: &str) -> Result<Source>;
-    /// A table of readings.
-    fn table(&mut self, name: &str) -> Result<Record> {
-        self.record(name)
-    }
-    /// A record of samples.
-    fn record(&mut self, name: &str) -> Result<Record>;
-    /// Something that was found on the way and should be told.
-    fn note(&mut self, _text: String) {}
-}
-
-/// A function that fetches texts, as a folder without records.
-pub(super) struct Texts<'a>(pub Fetch<'a>);
-
-impl Folder for Texts<'_> {
-    fn text(&mut self, name: &str) -> Result<Source> {
-        (self.0)(name)
-    }
-
-    fn table(&mut self, name: &str) -> Result<Record> {
-        let source = (self.0)(name)?;
-        Record::of_text(&source.name, source.text)
-    }
-
-    fn record(&mut self, name: &str) -> Result<Record> {
-        Err(Malformed::new(Fault::File, format!("'{name}' is a record of samples, and only texts are fetched here"))
-            .expected("readings in the text or in a table of text (Campaign::from_path reduces records)"))
-    }
 }
 
 /// The folder of a campaign file.

@@ -11,6 +11,7 @@ mod campaign_file;
 mod columns;
 mod correction_file;
 mod effects_file;
+mod folder;
 mod front;
 #[cfg(feature = "navigate")]
 mod imu_errors_file;
@@ -50,7 +51,8 @@ pub use correction_file::CorrectionFile;
 pub(crate) use correction_file::InputFile;
 pub(crate) use effects_file::EffectsFile;
 pub use effects_file::{built_in_effects, read_effects};
-pub use front::{Folder, bench_ref, fit_rows_beside, read_campaign_beside};
+pub use folder::Folder;
+pub use front::{bench_ref, fit_rows_beside, read_campaign_beside};
 #[cfg(feature = "navigate")]
 pub(crate) use imu_errors_file::ErrorsFile;
 pub use lab::read_lab;
@@ -155,7 +157,7 @@ pub fn read_bench(source: &Source) -> Result<Bench> {
 ///
 /// A bench that is named is a built-in id, or else a path for `fetch`. Errors carry the file in which the fault stands.
 pub fn read_campaign(source: &Source, fetch: Fetch<'_>) -> Result<Campaign> {
-    campaign_from(campaign_of(source)?, source, &mut front::Texts(fetch))
+    campaign_from(campaign_of(source)?, source, &mut folder::Texts(fetch))
 }
 
 /// Parse a campaign file without looking at the bench and the readings that it refers to.
