@@ -23,7 +23,8 @@
 //! | `exchange.rs` | one start: a first design, exchanges, perturbations; within a budget mountings that move and costs spent anew |
 //! | `prices.rs` | what chosen portions cost together |
 //! | `bound.rs` | the approximate design: the bound of every schedule |
-//! | `question.rs` | what is asked of a plan, also with effects as further unknowns; the question of every search (by number, budget or goal, or to discriminate), and the schedules of its answers |
+//! | `request.rs` | what is asked of a plan |
+//! | `question.rs` | the augmented model; the question of every search (by number, budget or goal, or to discriminate), and the schedules of its answers |
 //! | `improve.rs` | the best positions, chosen or added; angles between the candidates, and why each mounting is in a schedule |
 //! | `goal.rs` | the fewest, and the cheapest, positions that reach a goal |
 //! | `discriminate.rs` | positions that discriminate between two effects, or between one effect and many |
@@ -49,6 +50,7 @@ mod pool;
 mod prices;
 mod problem;
 mod question;
+mod request;
 mod search;
 mod state;
 mod whitened;
@@ -71,8 +73,9 @@ pub use objective::{Combinations, Objective};
 pub use order::{Order, ordered};
 pub use point::judged_at;
 pub(crate) use point::{Judged, Lacking, PointSource};
-pub(crate) use question::Progress;
-pub use question::{Method, Refinement, Request, extended};
+pub use question::extended;
+pub(crate) use request::Progress;
+pub use request::{Method, Refinement, Request};
 pub use search::choose;
 pub(crate) use whitened::Independent;
 pub use whitened::Term;

@@ -14,7 +14,7 @@ use super::exchange::{descend, start};
 use super::objective::Objective;
 use super::prices::Till;
 use super::problem::{Design, Problem, information};
-use super::question::Request;
+use super::request::Request;
 use rayon::prelude::*;
 
 /// The least number (of readings, of cost) for which something is found: bisection between one that is too small and one for which it is known, then single
