@@ -258,7 +258,7 @@ pub(super) fn bank_of<'a>(
             let value = |i: usize, h: usize| {
                 let order = (h / 2 + 1) as f64;
                 let phase = std::f64::consts::TAU * order * (time[i] - a) / period;
-                (if h % 2 == 0 { phase.cos() } else { phase.sin() }) / order
+                (if h.is_multiple_of(2) { phase.cos() } else { phase.sin() }) / order
             };
             add((follows.clone(), false, tried.len()), &always, &|| of_each(2 * HARMONICS, &value));
         }
