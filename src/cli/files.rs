@@ -159,7 +159,7 @@ pub(super) fn mission(path: &Path) -> Result<(MissionFile, Mission, Source)> {
     Ok((file, mission, source))
 }
 
-/// The same for a file that is read again, a campaign or a bench, whose first line says what wrote it (`own.rs`).
+/// The same for a file that is read again, a campaign or a bench, whose first line says what wrote it (`written.rs`).
 pub(super) fn marked(value: &impl Serialize) -> Result<String> {
     json(value).map(|text| super::written::mark(&text))
 }

@@ -2,7 +2,7 @@
 //!
 //! A regular file gets its name when it is whole (a temporary name beside it first), keeps its mode, and is found through symbolic links;
 //! what is no regular file (a device, a pipe) is written to directly. Nothing replaces a file that was read, and what this
-//! program did not write (`own.rs`) only with `--force`.
+//! program did not write (`written.rs`) only with `--force`.
 
 use super::{session, written};
 use crate::error::{Fault, Malformed, Result};
