@@ -172,7 +172,7 @@ const SETTLED: f64 = 1e-6;
 /// length, `s^2 = N^2/tau (1 - L/2 tau)` for `tau >= L`. A low-pass filter of first order, `1 - (T/2 tau)(3 - 4 e^(-tau/T) + e^(-2 tau/T))`, takes 0.47 at three time
 /// constants.
 const FILTERED: f64 = 0.5;
-/// How exactly [`falls`] finds a value: u is said to two digits; and what lies outside of an interval, or above a limit.
+/// How exactly [`falls`] finds a value: u is said to two digits; and what lies outside of an interval, or above a limit: intervals are of 95 %.
 const FALLS: f64 = 0.01;
 const OUTSIDE: f64 = 0.05;
 /// Logarithms of the least and largest variance of `e` that no sum of the terms describes: a part in a thousand of a deviation, and a factor of 10^5.
