@@ -9,8 +9,8 @@
 //! model averaging, Statistical Science 14 (1999), 382, eq. 3): `u^2 = u(S)^2 + sum_k P_k (x_k - x(S))^2`, about the value that is reported.
 
 use super::candidates::Candidate;
-use super::evidence::Evidence;
 use super::noise::Weighted;
+use super::score::Score;
 use crate::elements::Elements;
 use crate::linear::Triangle;
 use std::collections::HashMap;
@@ -38,24 +38,24 @@ pub(super) struct Explanation {
 /// What effects do to the unknowns, computed once for each candidate.
 pub(super) struct Shifts<'a> {
     candidates: &'a [Candidate],
-    evidence: &'a Evidence,
+    score: &'a Score,
     weighted: &'a Weighted,
     unknowns: usize,
     of: HashMap<usize, Option<Vec<f64>>>,
 }
 
 impl<'a> Shifts<'a> {
-    pub fn new(candidates: &'a [Candidate], evidence: &'a Evidence, weighted: &'a Weighted) -> Self {
+    pub fn new(candidates: &'a [Candidate], score: &'a Score, weighted: &'a Weighted) -> Self {
         let unknowns = weighted.estimate.unknowns.solution.len();
-        Shifts { candidates, evidence, weighted, unknowns, of: HashMap::new() }
+        Shifts { candidates, score, weighted, unknowns, of: HashMap::new() }
     }
 
     /// `-A+ c` for a column that the model leaves with norm one; `None` where it leaves next to nothing.
     fn unit(&mut self, index: usize) -> Option<Vec<f64>> {
-        let (candidates, evidence, weighted) = (self.candidates, self.evidence, self.weighted);
+        let (candidates, score, weighted) = (self.candidates, self.score, self.weighted);
         let computed = || {
             let candidate = candidates.get(index)?;
-            let left = evidence.pool.visible().get(index).copied()? * weighted.norm(&candidate.column);
+            let left = score.visible.get(index).copied()? * weighted.norm(&candidate.column);
             let absorbed = weighted.absorbed(&candidate.column).ok()?;
             let shift: Vec<f64> = absorbed.iter().map(|x| -x / left).collect();
             shift.iter().all(|x| x.is_finite()).then_some(shift)
@@ -66,12 +66,11 @@ impl<'a> Shifts<'a> {
     /// Mean and variance of the shift of every unknown by a set, each effect being one of the candidates of its column.
     fn of(&mut self, members: &[Vec<(usize, f64)>]) -> Option<(Vec<f64>, Vec<f64>)> {
         let first: Vec<usize> = members.iter().map(|of| of.first().map(|(j, _)| *j)).collect::<Option<_>>()?;
-        let cosine = |a: usize, b: usize| self.evidence.cosines(a).at(b);
+        let cosine = |a: usize, b: usize| self.score.cosines(a).at(b);
         let gram = |i: usize, k: usize| {
             if i == k { 1.0 } else { first.get(i).zip(first.get(k)).map_or(f64::NAN, |(a, b)| cosine(*a, *b)) }
         };
-        let scores =
-            first.iter().map(|j| self.evidence.pool.scores().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
+        let scores = first.iter().map(|j| self.score.along().get(*j).copied()).collect::<Option<Vec<f64>>>()?;
         // directions that differ by less than a thousandth are taken as one
         let sizes = Triangle::of(first.len(), gram, |_| 1e-6)?.solve(&scores);
         let (mut mean, mut variance) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
@@ -79,7 +78,7 @@ impl<'a> Shifts<'a> {
             let all: f64 = alternatives.iter().map(|(_, share)| share).sum();
             let (mut one, mut two) = (vec![0.0; self.unknowns], vec![0.0; self.unknowns]);
             for (j, share) in alternatives {
-                let signed = size * self.evidence.cosines(*first).get(*j).map_or(1.0, |g| g.signum());
+                let signed = size * self.score.cosines(*first).get(*j).map_or(1.0, |g| g.signum());
                 let unit = self.unit(*j)?;
                 for ((one, two), x) in one.iter_mut().zip(&mut two).zip(&unit) {
                     *one += share / all * signed * x;

@@ -9,12 +9,10 @@ use super::ambiguity::{Explanation, Rival};
 use super::bank::{bank, bank_of};
 use super::candidates::{Kept, build};
 use super::common::{DIFFERENT, NoiseFrom};
-use super::evidence::Evidence;
 use super::noise::{Finished, Weighted};
 use super::own_noise;
-use super::pool::Pool;
 use super::repair::{beyond_noise, coefficient, repaired};
-use super::score::{ALIAS, Class, Deviations, Kernel, Member, Posterior, Priors, Problem, RANK, Score};
+use super::score::{ALIAS, Class, Deviations, Kernel, Member, Posterior, Priors, Problem, RANK, Remainder, Score};
 use super::screen::{Chosen, Screen};
 use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
 use crate::campaign::{Campaign, Role};
@@ -59,14 +57,19 @@ vocabulary! {
 /// What the readings say of one model at one point.
 pub(super) struct Seen {
     pub candidates: Vec<Candidate>,
-    pub evidence: Evidence,
+    pub score: Score,
+    /// The weights of the score.
+    pub scored: Weighted,
+    /// The most probable remainder given the named effects.
+    pub remainder: Remainder,
+    /// Distinct candidates, and those of long families that have no column: how many tests were made.
+    pub tests: usize,
+    /// With the noise of the model with what is named.
     pub weighted: Weighted,
     pub design: DesignMatrix,
     /// Effects, each with the probability that it or one of its aliases is there.
     pub named: Vec<(usize, f64)>,
     pub suspected: Vec<(usize, f64)>,
-    /// The t of each named one given the most probable remainder.
-    pub t: Vec<f64>,
     /// What could stand in the place of a named one.
     pub rivals: Vec<Rival>,
     /// What is probable in all.
@@ -755,7 +758,6 @@ fn outcome(
             }
         }
     }
-    rivals.sort_by(|a, b| a.place.cmp(&b.place).then(a.excess.total_cmp(&b.excess)));
     let effects: Vec<&Candidate> = named.iter().filter_map(|(front, _)| view.candidates.get(front.candidate)).collect();
     let repair = match effects.is_empty() {
         true => None,
@@ -801,14 +803,9 @@ fn outcome(
     let probable =
         |classes: &[(Member, &Class)]| classes.iter().map(|(j, class)| (j.candidate, class.probability)).collect();
     let (named, suspected): (Vec<(usize, f64)>, Vec<(usize, f64)>) = (probable(&named), probable(&suspected));
-    let each = view.score.given_best_remainder(&set).map_or_else(Vec::new, |solved| solved.t);
-    let t_of = |(j, _): &(usize, f64)| {
-        let standing = view.score.standing(*j);
-        // what is not in the set has no evidence given a remainder
-        set.iter().zip(&each).find(|(first, _)| Some(**first) == standing).map_or(0.0, |(_, t)| t.abs())
-    };
-    let t = named.iter().map(t_of).collect();
-    let View { candidates, mut weighted, design, without_column, .. } = view;
+    let remainder = view.score.foremost(&set);
+    let View { candidates, weighted: scored, design, without_column, score, .. } = view;
+    let mut weighted = scored.clone();
     // noise that is not stated is that of the model with what is named, not with what is suspected
     if weighted.from != NoiseFrom::Stated && weighted.floor.is_none() && names != *fitted_names {
         let scales = repair.as_ref().map(|(_, fit)| fit.estimate.group_scale.clone());
@@ -820,20 +817,19 @@ fn outcome(
         deviations.each.iter_mut().for_each(|deviation| deviation.variance *= ratio);
         weighted = anew;
     }
-    let columns: Vec<&Vec<f64>> = candidates.iter().map(|c| &c.column).collect();
-    let mut evidence = Evidence::new(&weighted, &columns);
-    evidence.tests += without_column;
-    evidence.found_with(&named.iter().map(|(j, _)| *j).collect::<Vec<_>>());
+    let tests = score.distinct() + without_column;
     let outside = posterior.outside;
     let further = further.clamp(0.0, 1.0);
     let seen = Seen {
         candidates,
-        evidence,
+        score,
+        scored,
+        remainder,
+        tests,
         weighted,
         design,
         named,
         suspected,
-        t,
         rivals,
         explanations,
         state,
@@ -857,8 +853,8 @@ pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Cand
     let point: Vec<f64> = fit.point.iter().take(fit.design.point.len()).copied().collect();
     let (_, weighted, mut candidates, _) = Search::new(question)?.see(&point, None)?;
     let columns = weighted.columns(candidates.iter().map(|c| &c.column));
-    let visible = Pool::new(columns, weighted.estimate.factor.thin_q(), &weighted.residual);
-    for (candidate, visible) in candidates.iter_mut().zip(visible.visible()) {
+    let score = Score::of_columns(columns.as_ref(), weighted.estimate.factor.thin_q(), &weighted.residual);
+    for (candidate, visible) in candidates.iter_mut().zip(&score.visible) {
         candidate.visible = *visible;
         candidate.vanishing |= *visible < settings.absorbed;
     }

@@ -4,9 +4,10 @@
 use super::ambiguity::{Rival, Shifts};
 use super::augmented::{Seen, State};
 use super::common::{NoiseFrom, Settings};
-use super::evidence::Evidence;
 use super::noise::Weighted;
+use super::places::by_chance;
 use super::repair::{beyond_noise, coefficient, repaired};
+use super::score::{Remainder, Score, VISIBLE};
 use super::separate::Separation;
 use super::{Candidate, Diagnosis, Gap, NoiseFloor, Suspect, Unexplained, Verdict};
 use super::{fit_exactly, holdout, places, separate};
@@ -14,7 +15,9 @@ use crate::campaign::{Campaign, Constraint, Kind, Role};
 use crate::elements::{Elements, Parts};
 use crate::error::Result;
 use crate::fit::{self, Fit};
+use crate::linear::{dot, norm, normalise, project};
 use crate::simulate::Regressor;
+use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival};
 use std::collections::BTreeMap;
 
 /// Another effect that explains the same.
@@ -54,7 +57,7 @@ pub struct Finding {
     pub u: Option<f64>,
     /// Unit of the coefficient; empty where the model line does not tell.
     pub unit: String,
-    /// Student's t (z where the noise is stated) given the other effects.
+    /// Student's t (z where the noise is stated) given the other effects and the most probable remainder.
     pub t: f64,
     /// Family-wise probability of evidence as strong by chance.
     pub p: f64,
@@ -129,23 +132,16 @@ pub(super) fn conclude(
     repaired: Option<(Campaign, Fit)>,
     settings: &Settings,
 ) -> Result<Diagnosis> {
-    let Seen { candidates, evidence, weighted, design, suspected, deviations, .. } = &seen;
+    let Seen { candidates, score, weighted, design, suspected, deviations, .. } = &seen;
     let named: Vec<usize> = seen.named.iter().map(|(j, _)| *j).collect();
-    let ordered = if repaired.is_some() { order(evidence, &named) } else { Vec::new() };
+    let ordered = if repaired.is_some() { order(score, &named) } else { Vec::new() };
     let set: &[usize] = &ordered;
     // standard uncertainty of each row by the noise floor
     let scale: Vec<f64> = weighted.weight.iter().map(|w| 1.0 / w).collect();
-    let gap = |fit: &Fit, with: &[usize]| {
-        // residuals of rows that are weighed without it are not the least beside an uncertain input
-        let beside = fit.global_test.filter(|_| fit::known_inputs(&fit.campaign, &fit.design).is_some());
-        let p = global_p(evidence, with, set);
-        Gap {
-            chi_square: beside.map_or_else(|| weighted.squares(&fit.estimate.residuals), |test| test.chi_square),
-            ..gap(fit, weighted, p)
-        }
-    };
-    let gap_before = gap(&before, &[]);
-    let gap_after = repaired.as_ref().map_or_else(|| gap_before.clone(), |(_, after)| gap(after, set));
+    let finished = repaired.as_ref().map_or(&before, |(_, after)| after);
+    let pure = pure_error(weighted, finished, set.iter().filter_map(|j| candidates.get(*j)));
+    let gap_before = gap(&before, weighted, pure);
+    let gap_after = repaired.as_ref().map_or_else(|| gap_before.clone(), |(_, after)| gap(after, weighted, pure));
     let verdict = match seen.state {
         _ if weighted.estimate.dof == 0 => Verdict::NotDiagnosable,
         State::Nothing => Verdict::NothingMissing,
@@ -161,25 +157,17 @@ pub(super) fn conclude(
         State::Suspected | State::Outside => Verdict::Unexplained,
     };
     let is_left = matches!(verdict, Verdict::PartlyExplained | Verdict::Unexplained);
-    let left = evidence.residual_outside(set).filter(|_| is_left);
-    let sd = noise_sd(weighted, repaired.as_ref().map_or(&before, |(_, after)| after));
-    let unexplained = left.map(|residual| {
+    let sd = noise_sd(weighted, finished);
+    let unexplained = is_left.then(|| {
         let nearest = || suspected.iter().map(|(j, _)| *j);
         let with: Vec<usize> = set.iter().copied().chain(nearest()).collect();
-        let rss = evidence.rss_of(set);
-        let explains = if rss > 0.0 { (1.0 - evidence.rss_of(&with) / rss).max(0.0) } else { 0.0 };
+        let explains = (1.0 - left_by(score, &with) / left_by(score, set)).max(0.0);
         let mut after = weighted.clone();
-        after.rss = rss;
-        after.estimate.residuals = match &weighted.floor {
-            None => residual.iter().zip(&weighted.weight).map(|(r, w)| r / w).collect(),
-            Some(_) => {
-                let columns: Vec<&Vec<f64>> =
-                    set.iter().filter_map(|j| candidates.get(*j)).map(|c| &c.column).collect();
-                // a system that cannot be solved with them: as without
-                weighted.residuals_with(design, campaign.unknowns(), &columns).unwrap_or(after.estimate.residuals)
-            }
-        };
-        after.residual = residual;
+        // rows of priors, which a repair may be without, have no place
+        after.estimate.residuals = finished.estimate.residuals.iter().take(design.rows.len()).copied().collect();
+        after.residual = weighted.whiten(&after.estimate.residuals);
+        after.residual.resize(weighted.weight.len(), 0.0);
+        after.rss = dot(&after.residual, &after.residual);
         let cells = places::cells(campaign, design, &after);
         let pattern = places::pattern(campaign, design, &after, &cells);
         let foremost = deviations.foremost();
@@ -201,12 +189,12 @@ pub(super) fn conclude(
     };
     let rivals: Vec<Rival> = seen.rivals.iter().filter_map(place).collect();
     let effects = repaired.as_ref().map_or_else(Vec::new, |repaired| {
-        let effects = Effects { campaign, seen: &seen, set, rivals: &rivals, complete: !is_left };
+        let t = score.solved(seen.remainder, &columns(set)).map_or_else(Vec::new, |solved| solved.t);
+        let effects = Effects { campaign, seen: &seen, set, rivals: &rivals, t };
         (0..set.len()).filter_map(|place| effects.finding(place, repaired)).collect()
     });
     let effects = common(effects);
-    let moved = Shifts::new(candidates, evidence, weighted).about(set, &rivals, &seen.explanations);
-    let finished = repaired.as_ref().map_or(&before, |(_, after)| after);
+    let moved = Shifts::new(candidates, score, &seen.scored).about(set, &rivals, &seen.explanations);
     let mut changes = if verdict == Verdict::NotDiagnosable { Vec::new() } else { changes(&before, finished, &moved) };
     // where nothing is missing the uncertainties of the fit are reported
     for change in changes.iter_mut().filter(|_| verdict != Verdict::NothingMissing) {
@@ -215,7 +203,7 @@ pub(super) fn conclude(
         change.remainder_u = index.and_then(|j| beyond_noise(finished, weighted, deviations, j)).unwrap_or(0.0);
     }
     let after = repaired.as_ref().map(|(_, fit)| fit);
-    let steps = steps(campaign, (&before, after), &seen, set, settings)?;
+    let steps = steps(campaign, (&before, after), &seen, (set, pure), settings)?;
     let holdout = holdout::holdout(campaign, &before, after, (&scale, weighted));
     let would_help =
         if verdict == Verdict::NotDiagnosable { separate::redundancy(campaign, &before) } else { Vec::new() };
@@ -229,7 +217,7 @@ pub(super) fn conclude(
         unexplained,
         holdout,
         steps,
-        candidates: (candidates.len(), evidence.tests),
+        candidates: (candidates.len(), seen.tests),
         changes,
         would_help,
         row_sd: scale,
@@ -266,20 +254,66 @@ fn noise_sd(weighted: &Weighted, finished: &Fit) -> Option<f64> {
     (!rows.is_empty()).then(|| (square / rows.len() as f64).sqrt())
 }
 
-/// The gap of a fit, with its probability by chance.
-fn gap(fit: &Fit, weighted: &Weighted, p: Option<f64>) -> Gap {
+/// The gap of a fit, with its probability by chance; `pure` is the error of replicates, where these tell the noise.
+fn gap(fit: &Fit, weighted: &Weighted, pure: Option<(f64, usize)>) -> Gap {
     let readings = fit.design.rows.len();
     let residuals: Vec<f64> = fit.estimate.residuals.iter().take(readings).copied().collect();
     let dof = fit.estimate.dof;
     let square: f64 = residuals.iter().map(|v| v * v).sum();
     let max = residuals.iter().fold(0.0_f64, |max, v| max.max(v.abs()));
-    let chi_square = weighted.squares(&fit.estimate.residuals);
+    // residuals of rows that are weighed without it are not the least beside an uncertain input
+    let beside = fit.global_test.filter(|_| fit::known_inputs(&fit.campaign, &fit.design).is_some());
+    let chi_square = beside.map_or_else(|| weighted.squares(&fit.estimate.residuals), |test| test.chi_square);
+    let p = match (weighted.from, pure) {
+        (NoiseFrom::Stated, _) if dof > 0 => chi_square_survival(chi_square, dof as f64),
+        (NoiseFrom::Replicates, Some((sum, within))) if within > 0 && sum > 0.0 => {
+            let between = dof.checked_sub(within).filter(|d| *d > 0).map(|d| d as f64);
+            let ratio = |between: f64| (chi_square - sum).max(0.0) / between / (sum / within as f64);
+            between.and_then(|between| fisher_f_survival(ratio(between), between, within as f64))
+        }
+        _ => None,
+    };
     Gap { rms: (dof > 0).then(|| (square / dof as f64).sqrt()), max, chi_square, dof, p, residuals }
 }
 
-/// Probability by chance of what a set leaves, by the noise that there is with all that was found.
-fn global_p(evidence: &Evidence, set: &[usize], found: &[usize]) -> Option<f64> {
-    evidence.given(set).zip(evidence.given(found)).and_then(|(given, found)| evidence.global(&given, &found))
+/// Sum of squares and degrees of freedom within replicates with all that is found in the model: what changes from one to the next (a temperature) is no noise.
+fn pure_error<'a>(
+    weighted: &Weighted,
+    finished: &Fit,
+    effects: impl Iterator<Item = &'a Candidate>,
+) -> Option<(f64, usize)> {
+    let replicates = weighted.replicates.as_ref()?;
+    // only the noise of single readings scatters there
+    let weigh = |column: &[f64]| -> Vec<f64> { column.iter().zip(&weighted.own_weight).map(|(v, w)| v * w).collect() };
+    let mut residual = replicates.within(&weigh(&finished.estimate.residuals), &weighted.own_weight);
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    for effect in effects {
+        let column = weigh(&effect.column);
+        let mut direction = replicates.within(&column, &weighted.own_weight);
+        project(&mut direction, &basis);
+        if normalise(&mut direction) > VISIBLE * norm(&column) {
+            project(&mut residual, std::slice::from_ref(&direction));
+            basis.push(direction);
+        }
+    }
+    Some((dot(&residual, &residual), replicates.dof.saturating_sub(basis.len())))
+}
+
+/// Sum of squares that a set leaves beside the model, of that which the model leaves; infinite for one that is not independent.
+fn left_by(score: &Score, set: &[usize]) -> f64 {
+    let all = score.solved(Remainder::default(), &[]).map_or(0.0, |none| none.squares);
+    let left = score.solved(Remainder::default(), &columns(set)).map_or(f64::INFINITY, |solved| solved.squares);
+    if all > 0.0 { left / all } else { 0.0 }
+}
+
+/// Candidates are no more than these count.
+fn columns(set: &[usize]) -> Vec<u16> {
+    set.iter().filter_map(|j| u16::try_from(*j).ok()).collect()
+}
+
+/// The probability of a `t` as large by chance, anywhere among so many tests (Sidak).
+pub(super) fn of_all(alone: f64, tests: f64) -> f64 {
+    -f64::exp_m1(tests * f64::ln_1p(-alone))
 }
 
 /// What the findings are made from.
@@ -288,29 +322,26 @@ struct Effects<'a> {
     seen: &'a Seen,
     set: &'a [usize],
     rivals: &'a [Rival],
-    /// Is the remainder noise? Then the noise alone is what an effect is compared with.
-    complete: bool,
+    /// The t of each.
+    t: Vec<f64>,
 }
 
 impl Effects<'_> {
     fn finding(&self, place: usize, (repaired, after): &(Campaign, Fit)) -> Option<Finding> {
-        let Seen { candidates, evidence, weighted, design, deviations, .. } = self.seen;
+        let Seen { candidates, score, weighted, design, deviations, .. } = self.seen;
         let member = self.set.get(place)?;
         let effect = candidates.get(*member)?;
         let others: Vec<usize> = self.set.iter().copied().filter(|j| j != member).collect();
-        let without = evidence.given(&others)?;
-        let (alone, dof) = evidence.t(&without, *member);
+        let t = self.t.get(place).copied().unwrap_or_default();
         let (value, u, unit) = coefficient(self.campaign, repaired, after, effect);
         let index = repaired.estimated().iter().position(|p| p.id == effect.coefficient);
         let extra = index.and_then(|j| beyond_noise(after, weighted, deviations, j));
         // what the repaired model does not estimate has no further uncertainty
         let u = u.map(|u| u.hypot(extra.unwrap_or(0.0)));
-        let cosines = evidence.cosines(*member);
+        let cosines = score.cosines(*member);
         let at_place = || self.rivals.iter().filter(|rival| rival.place == place);
         let named = self.seen.named.iter().position(|(j, _)| j == member);
         let probability = named.and_then(|k| self.seen.named.get(k)).map_or(0.0, |(_, p)| *p);
-        let given_others = named.and_then(|k| self.seen.t.get(k)).filter(|_| !self.complete);
-        let t = given_others.map_or(alone, |t| t.copysign(alone));
         let all = 1.0 + at_place().map(|rival| rival.share).sum::<f64>();
         let mut aliases: Vec<(u32, f64, usize, Alias)> = at_place()
             .filter_map(|rival| {
@@ -333,18 +364,19 @@ impl Effects<'_> {
                 Some((order, alias.excess, rival.candidate, alias))
             })
             .collect();
-        aliases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        // excesses that differ by rounding are equal: then they stand as in the catalogue
+        let excess = |alias: &(u32, f64, usize, Alias)| (alias.1 * 1e6).round();
+        aliases.sort_by(|a, b| a.0.cmp(&b.0).then(excess(a).total_cmp(&excess(b))).then(a.2.cmp(&b.2)));
         let columns: Vec<&Candidate> = aliases.iter().filter_map(|(_, _, j, _)| candidates.get(*j)).collect();
         let separation = separate::positions(self.campaign, design, effect, &columns);
-        let rss = evidence.rss_of(self.set);
         Some(Finding {
             effect: effect.clone(),
             value,
             u,
             unit,
             t,
-            p: evidence.family_wise(t, dof),
-            explains: if evidence.rss > 0.0 { (without.rss - rss) / evidence.rss } else { 0.0 },
+            p: of_all(by_chance(t, score.dof(self.set.len())), self.seen.tests as f64),
+            explains: left_by(score, &others) - left_by(score, self.set),
             probability,
             aliases: aliases.into_iter().map(|(_, _, _, alias)| alias).collect(),
             separation,
@@ -457,10 +489,10 @@ fn steps(
     campaign: &Campaign,
     (before, after): (&Fit, Option<&Fit>),
     seen: &Seen,
-    set: &[usize],
+    (set, pure): (&[usize], Option<(f64, usize)>),
     settings: &Settings,
 ) -> Result<Vec<GapStep>> {
-    let Seen { candidates, evidence, weighted, .. } = seen;
+    let Seen { candidates, score, weighted, .. } = seen;
     // one effect in several sensors is added to one after the other
     let several = |c: &Candidate| {
         set.iter().filter_map(|j| candidates.get(*j)).filter(|other| other.regressor == c.regressor).count() > 1
@@ -485,29 +517,30 @@ fn steps(
             }
         };
         let plain = |j: usize| candidates.get(j).is_some_and(|c| !c.vanishing);
-        let strongest = evidence.given(members).and_then(|given| evidence.strongest_of(&given, plain));
-        let (t, p) = strongest.map(|(_, t, p)| (t, p)).unzip();
-        let global_p = global_p(evidence, members, set);
+        let strongest = score.strongest(seen.remainder, &columns(members), plain);
+        let by_chance = |t: f64| of_all(by_chance(t, score.dof(count + 1)), seen.tests as f64);
+        let (t, p) = strongest.map(|(_, t)| (t, by_chance(t))).unzip();
         let model = fit.campaign.bench.sensors.iter().map(|s| (s.id.clone(), s.model.to_string())).collect();
         let decision = match set.get(count) {
             Some(next) => format!("{} is added", name(*next)),
             None => last(seen, settings, name),
         };
         let with = members.iter().map(|j| name(*j)).collect();
-        let strongest = strongest.map(|(j, ..)| name(j));
-        let gap = Gap { residuals: Vec::new(), ..gap(fit, weighted, global_p) };
+        let strongest = strongest.map(|(j, _)| name(j));
+        let gap = Gap { residuals: Vec::new(), ..gap(fit, weighted, pure) };
+        let global_p = gap.p;
         steps.push(GapStep { with, model, gap, strongest, t, p, global_p, decision });
     }
     Ok(steps)
 }
 
 /// The order in which effects take off most, one after another.
-fn order(evidence: &Evidence, set: &[usize]) -> Vec<usize> {
+fn order(score: &Score, set: &[usize]) -> Vec<usize> {
     let mut ordered: Vec<usize> = Vec::with_capacity(set.len());
     while ordered.len() < set.len() {
         let left = |j: &usize| {
             let longer: Vec<usize> = ordered.iter().copied().chain([*j]).collect();
-            evidence.rss_of(&longer)
+            left_by(score, &longer)
         };
         let remaining = set.iter().filter(|j| !ordered.contains(j));
         match remaining.min_by(|a, b| left(a).total_cmp(&left(b))) {

@@ -15,7 +15,6 @@
 
 use super::bank::bank;
 use super::catalogue::{Effect, ORDER, carried};
-use super::pool::Pool;
 use super::score::{ALIAS, Priors, Problem, Score};
 use super::{Candidate, Settings, augmented, averaged, candidates, screen};
 use crate::campaign::{Campaign, JointState, Kind, Reading, Readings, Role};
@@ -158,7 +157,7 @@ const TAKES_PART: f64 = 0.01;
 /// Linear in the effects, at the campaign's reference point. Errors: those of `plan::judge`; a catalogue's term with a name that this campaign
 /// does not have.
 pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Result<Foresight> {
-    let Directions { mut prospects, mut groups, cosines, weighted, design, independent, estimate, tests } =
+    let Directions { mut prospects, mut groups, beside, weighted, design, independent, estimate, tests } =
         directions(campaign, catalogue, noise)?;
     let rows = independent.u.len();
     let settings = Settings::default();
@@ -186,7 +185,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         kernels: &kernels,
         sharing: None,
     };
-    let mut score = Score::new(&problem, priors);
+    let score = Score::new(&problem, priors);
     let mut from = |group: &Alike| score.named_from(*group.members.first()?, noise.clone(), settings.probability);
     let of_groups: Vec<Option<(f64, f64)>> = groups.iter().map(&mut from).collect();
     let seen = of_groups.iter().flatten().map(|(t, _)| *t);
@@ -215,7 +214,7 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
             .enumerate()
             .filter(|(other, _)| *other != g)
             .map(|(other, member)| {
-                let cosine = cosines[(place, *member)];
+                let cosine = beside.cosines(place).at(*member);
                 let apart_from = u * apart() / (1.0 - cosine * cosine).max(f64::MIN_POSITIVE).sqrt();
                 Near { group: other, cosine, apart_from }
             })
@@ -237,7 +236,8 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
 pub(crate) struct Directions {
     pub prospects: Vec<Prospect>,
     pub groups: Vec<Alike>,
-    cosines: Mat<f64>,
+    /// The effects beside the model.
+    beside: Score,
     weighted: Mat<f64>,
     design: DesignMatrix,
     independent: Independent,
@@ -262,9 +262,9 @@ pub(crate) fn directions(campaign: &Campaign, catalogue: &[Effect], noise: &Nois
         weighted.col_as_slice_mut(j).copy_from_slice(&independent.white(&effect.column));
     }
     let norm: Vec<f64> = (0..effects.len()).map(|j| weighted.col(j).norm_l2()).collect();
-    let pool = Pool::new(weighted.clone(), estimate.factor.thin_q(), &vec![0.0; rows]);
+    let beside = Score::of_columns(weighted.as_ref(), estimate.factor.thin_q(), &vec![0.0; rows]);
     let mut prospects: Vec<Prospect> = Vec::with_capacity(effects.len());
-    for (((effect, size), norm), left) in effects.into_iter().zip(norm).zip(pool.visible()) {
+    for (((effect, size), norm), left) in effects.into_iter().zip(norm).zip(&beside.visible) {
         let largest = effect.column.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let fate = match () {
             () if largest <= ZERO * size => Fate::NotExercised,
@@ -289,8 +289,8 @@ pub(crate) fn directions(campaign: &Campaign, catalogue: &[Effect], noise: &Nois
             group: None,
         });
     }
-    let (groups, cosines) = alike(&pool, &mut prospects);
-    Ok(Directions { prospects, groups, cosines, weighted, design, independent, estimate, tests })
+    let groups = alike(&beside, &mut prospects);
+    Ok(Directions { prospects, groups, beside, weighted, design, independent, estimate, tests })
 }
 
 /// What is written of the rule: for one of so many tests, where `|t|` beyond this names an effect.
@@ -333,16 +333,15 @@ fn hides_in(estimate: &estimate::Estimate, shifts: &[f64]) -> Vec<usize> {
     parts.into_iter().map(|(_, k)| k).collect()
 }
 
-/// Effects with one direction, plainest first, and all cosines.
-fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
-    let cosines = pool.all_cosines();
+/// Effects with one direction, plainest first.
+fn alike(beside: &Score, prospects: &mut [Prospect]) -> Vec<Alike> {
     let mut order: Vec<usize> =
         prospects.iter().enumerate().filter(|(_, p)| p.fate == Fate::Detectable).map(|(j, _)| j).collect();
     order.sort_by_key(|j| (prospects.get(*j).map(|p| p.effect.rank), *j));
     let mut groups: Vec<Alike> = Vec::new();
     for j in order {
-        let same =
-            |group: &Alike| group.members.first().is_some_and(|first| 1.0 - cosines[(*first, j)].abs() < ONE_DIRECTION);
+        let cosine = |first: usize| beside.cosines(first).at(j);
+        let same = |group: &Alike| group.members.first().is_some_and(|j| 1.0 - cosine(*j).abs() < ONE_DIRECTION);
         let group = groups.iter().position(same).unwrap_or(groups.len());
         match groups.get_mut(group) {
             Some(group) => group.members.push(j),
@@ -352,7 +351,7 @@ fn alike(pool: &Pool, prospects: &mut [Prospect]) -> (Vec<Alike>, Mat<f64>) {
             prospect.group = Some(group);
         }
     }
-    (groups, cosines)
+    groups
 }
 
 /// Unit of an effect's coefficient, from the model line with its term; empty for one of all sensors, and where the line leaves it open.
@@ -406,7 +405,7 @@ pub(super) fn effects(
     }
     // distinct by their scores against numbers of no pattern
     let patternless: Vec<f64> = (0..rows).map(|i| (1.0 + 1.7 * i as f64).sin() + (0.3 * i as f64).cos()).collect();
-    let tests = Pool::new(matrix, estimate.factor.thin_q(), &patternless).distinct();
+    let tests = Score::of_columns(matrix.as_ref(), estimate.factor.thin_q(), &patternless).distinct();
     let mut here: HashMap<(String, Option<usize>), Vec<f64>> = columns(campaign, catalogue, model, design)?
         .into_iter()
         .map(|(effect, _)| ((effect.regressor, effect.sensor), effect.column))

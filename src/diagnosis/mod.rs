@@ -17,8 +17,6 @@
 //! | `candidates.rs` | each effect as a column of this campaign, and how large it is |
 //! | `noise.rs` | the noise floor: stated, replicates, residuals |
 //! | `own_noise.rs` | the noise of each of several sensors that share random effects |
-//! | `pool.rs` | lazy orthogonalisation of many columns |
-//! | `evidence.rs` | evidence given a set, family-wise probabilities, the global test; where variances of what scatters are estimated |
 //! | `screen.rs` | long campaigns: which bad readings, positions and steps get a column; columns of ones at some rows, compared without being made |
 //! | `remounting.rs` | positions that scatter |
 //! | `finding.rs` | from a search to the answer; the gap after each effect |
@@ -40,7 +38,6 @@ mod bank;
 mod candidates;
 mod catalogue;
 mod common;
-mod evidence;
 mod factor;
 mod finding;
 mod foresee;
@@ -48,7 +45,6 @@ mod holdout;
 mod noise;
 mod own_noise;
 mod places;
-mod pool;
 mod remounting;
 mod repair;
 mod score;
@@ -71,8 +67,6 @@ pub use foresee::foresee;
 pub(crate) use foresee::{Alike, Fate, Foresight, Near, PassedOver, Prospect, Rule, directions, is_angle};
 pub(crate) use holdout::Holdout;
 pub(crate) use places::{Grouping, Level, Place, PlaceMean};
-pub use pool::Pool;
-pub(crate) use pool::VISIBLE;
 #[cfg(feature = "navigate")]
 pub(crate) use score::{Class, Deviations, Kernel, Posterior, Priors, Problem, Score};
 pub(crate) use separate::Separation;

@@ -7,7 +7,6 @@ use crate::elements::numbered;
 use crate::error::Result;
 use crate::estimate::{Estimate, Floor, Group, System, Variances};
 use crate::fit::{self, Weighting};
-use crate::linear::subtract;
 use crate::quality;
 use faer::Mat;
 
@@ -69,9 +68,16 @@ impl Weighted {
         self.squares(&scaled).sqrt() * scale
     }
 
-    /// Weighted columns of candidates as a matrix, `m x k`; each scaled.
+    /// Weighted columns of candidates as a matrix, `m x k`; each scaled, so that large or tiny terms are brought to one before the weights multiply them.
     pub fn columns<'a>(&self, columns: impl ExactSizeIterator<Item = &'a Vec<f64>>) -> Mat<f64> {
-        scaled_columns(columns, self.weight.len(), |column| self.whiten(column))
+        let mut matrix = Mat::zeros(self.weight.len(), columns.len());
+        for (j, column) in columns.enumerate() {
+            let largest = column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
+            let scale = if largest > 0.0 { largest } else { 1.0 };
+            let scaled: Vec<f64> = column.iter().map(|v| v / scale).collect();
+            matrix.col_as_slice_mut(j).iter_mut().zip(self.whiten(&scaled)).for_each(|(slot, v)| *slot = v);
+        }
+        matrix
     }
 
     /// Shift of every unknown by a column of the readings that is not in the model.
@@ -80,31 +86,6 @@ impl Weighted {
             None => self.estimate.factor.solve(column),
             Some(_) => self.estimate.factor.solve(&self.whiten(column)),
         }
-    }
-
-    /// The readings' rows with some columns, and the solution for the unknowns and these.
-    fn solved_with<'a>(
-        &self,
-        design: &DesignMatrix,
-        n: usize,
-        columns: impl Iterator<Item = &'a Vec<f64>>,
-    ) -> Result<(Mat<f64>, Vec<f64>)> {
-        let m = self.weight.len();
-        let readings = design.jacobian.nrows();
-        let columns: Vec<&Vec<f64>> = columns.collect();
-        let all = Mat::from_fn(m, n + columns.len(), |i, j| match j.checked_sub(n) {
-            None if i < readings => design.jacobian[(i, j)],
-            None => 0.0,
-            // columns end with the readings
-            Some(k) => columns.get(k).and_then(|column| column.get(i)).copied().unwrap_or_default(),
-        });
-        let mut white = Mat::zeros(m, all.ncols());
-        for j in 0..all.ncols() {
-            white.col_as_slice_mut(j).copy_from_slice(&self.whiten(all.col_as_slice(j)));
-        }
-        let system = System::known(white, self.residual.clone(), vec![1.0; m]);
-        let adjusted = crate::estimate::adjust(&system, &crate::estimate::Settings::default())?;
-        Ok((all, adjusted.unknowns.solution))
     }
 
     /// `ln |A'V^-1 A|` of another design's derivatives, with these weights.
@@ -119,14 +100,6 @@ impl Weighted {
         Ok(fit::adjust_with_equations(campaign, design, &system)?.factor.log_determinant())
     }
 
-    /// Residuals of the readings once some columns are in the model too.
-    pub fn residuals_with(&self, design: &DesignMatrix, n: usize, columns: &[&Vec<f64>]) -> Result<Vec<f64>> {
-        let (all, solution) = self.solved_with(design, n, columns.iter().copied())?;
-        let mut residuals = self.estimate.residuals.clone();
-        subtract(&mut residuals, &all, &solution);
-        Ok(residuals)
-    }
-
     /// Coefficients of some columns, each given the others and the model.
     pub fn sizes_with<'a>(
         &self,
@@ -134,7 +107,19 @@ impl Weighted {
         n: usize,
         columns: impl Iterator<Item = &'a Vec<f64>>,
     ) -> Result<Vec<f64>> {
-        let (_, mut solution) = self.solved_with(design, n, columns)?;
+        let (m, readings) = (self.weight.len(), design.jacobian.nrows());
+        let columns: Vec<&Vec<f64>> = columns.collect();
+        let mut white = Mat::zeros(m, n + columns.len());
+        for j in 0..white.ncols() {
+            // columns end with the readings
+            let column: Vec<f64> = match j.checked_sub(n).and_then(|k| columns.get(k)) {
+                Some(column) => column.iter().copied().take(m).collect(),
+                None => (0..readings).map(|i| design.jacobian[(i, j)]).collect(),
+            };
+            white.col_as_slice_mut(j).iter_mut().zip(self.whiten(&column)).for_each(|(slot, v)| *slot = v);
+        }
+        let system = System::known(white, self.residual.clone(), vec![1.0; m]);
+        let mut solution = crate::estimate::adjust(&system, &crate::estimate::Settings::default())?.unknowns.solution;
         Ok(solution.split_off(n.min(solution.len())))
     }
 }
@@ -350,21 +335,4 @@ fn apart_beyond<K: std::hash::Hash + Eq>(keys: impl Iterator<Item = K>, rows: us
     let others = rows.saturating_sub(numbers.len());
     numbers.extend(count..count + others);
     (numbers, count + others)
-}
-
-/// Columns of candidates as a matrix, `m x k`, each scaled and then weighted.
-pub(super) fn scaled_columns<'a>(
-    columns: impl ExactSizeIterator<Item = &'a Vec<f64>>,
-    rows: usize,
-    weigh: impl Fn(&[f64]) -> Vec<f64>,
-) -> Mat<f64> {
-    let mut matrix = Mat::zeros(rows, columns.len());
-    for (j, column) in columns.enumerate() {
-        // large or tiny terms are brought to one before the weights multiply them
-        let largest = column.iter().fold(0.0_f64, |largest, v| largest.max(v.abs()));
-        let scale = if largest > 0.0 { largest } else { 1.0 };
-        let scaled: Vec<f64> = column.iter().map(|v| v / scale).collect();
-        matrix.col_as_slice_mut(j).iter_mut().zip(weigh(&scaled)).for_each(|(slot, v)| *slot = v);
-    }
-    matrix
 }

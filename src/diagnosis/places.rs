@@ -1,12 +1,12 @@
 //! Where the gap is: by position, joint angle, rate, sense, time, temperature and order; and its pattern over the joints' states.
 
 use super::common::NoiseFrom;
-use super::evidence::by_chance;
 use super::noise::Weighted;
 use super::screen::{Indicators, Sums};
 use crate::campaign::{Campaign, JointState, Reading, joint_keys};
 use crate::design::DesignMatrix;
 use crate::elements::{Elements, numbered};
+use crate::uncertainty::quantiles::{normal_survival, student_t_two_sided};
 use std::collections::BTreeMap;
 
 /// A level: a number or a label.
@@ -83,6 +83,17 @@ pub struct Grouping {
 const GROUPS: usize = 24;
 /// A factor whose standardised means have a larger mean square than this is followed by the gap.
 const FOLLOWED: f64 = 2.0;
+
+/// The probability of a `t` as large by chance in one test; the noise is known where the degrees of freedom are infinite.
+pub(super) fn by_chance(t: f64, dof: f64) -> f64 {
+    let alone = if dof.is_finite() {
+        if dof < 1.0 { Some(1.0) } else { student_t_two_sided(t.abs(), dof) }
+    } else {
+        normal_survival(t.abs()).map(|p| 2.0 * p)
+    };
+    // not testable: not significant
+    alone.unwrap_or(1.0).clamp(0.0, 1.0)
+}
 
 /// Every level of every factor, the most significant first; by Student's t where the noise is estimated.
 pub(super) fn places(campaign: &Campaign, design: &DesignMatrix, weighted: &Weighted, significance: f64) -> Vec<Place> {

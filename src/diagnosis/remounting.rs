@@ -7,7 +7,7 @@
 //! given the effects named. Where settings were not mounted more than once, a scatter of positions and an unknown pattern of the settings are one, and neither is named.
 
 use super::augmented::{Seen, State};
-use super::evidence::of_all;
+use super::finding::of_all;
 use super::score::{ALIAS, Deviation, Kernel, Priors, Problem, Score};
 use super::{Candidate, Diagnosis, Effect, Finding, NoiseFrom, Separation, Settings, Verdict, finding};
 use crate::bench::Link;
@@ -98,7 +98,7 @@ pub(super) fn scattering(campaign: &Campaign, seen: &Seen, settings: &Settings) 
         kernels: &kernels,
         sharing: is_separate.then(|| 1.0 + seen.deviations.kernels.iter().map(Kernel::share).sum::<f64>()),
     };
-    let mut score = Score::new(&problem, Priors { all_kernels: true, ..Priors::at(settings.significance) });
+    let score = Score::new(&problem, Priors { all_kernels: true, ..Priors::at(settings.significance) });
     let mut set: Vec<u16> = (0..members.len()).filter_map(|j| score.standing(j)).collect();
     set.sort_unstable();
     set.dedup();

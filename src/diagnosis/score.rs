@@ -18,7 +18,7 @@ use crate::linear::dot as product;
 use crate::uncertainty::quantiles::ln_gamma;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -69,6 +69,9 @@ const NEAR: f64 = 3.0;
 const EQUAL: f64 = 1e-6;
 /// Most sets whose members are reported as classes.
 const TOLD: usize = 8;
+
+/// A column is invisible when less than this share of its norm is left outside the model.
+pub(crate) const VISIBLE: f64 = 1e-6;
 
 /// What is believed before the readings are seen.
 #[derive(Clone, Copy, Debug)]
@@ -197,7 +200,7 @@ pub(crate) struct Score {
     kernels: Vec<Prepared>,
     /// So many kinds share the probability of a remainder.
     pub sharing: f64,
-    gram: Vec<Option<Rc<[f64]>>>,
+    gram: Vec<OnceCell<Rc<[f64]>>>,
     /// Remainders of one kernel that were made, each with its columns: many sets have the same best size.
     made: Vec<Rc<GivenRemainder>>,
     /// What the model takes of kernels whose directions are not projected, by kernel and size.
@@ -257,12 +260,19 @@ struct State {
     value: f64,
 }
 
+/// A kernel at one size; by default none.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Remainder {
+    kernel: usize,
+    t: f64,
+}
+
 /// A set with one remainder of one size: ln p, its sizes and their t, and the sum of squares that is left.
 pub(crate) struct Solved {
     value: f64,
     sizes: Vec<f64>,
     pub t: Vec<f64>,
-    squares: f64,
+    pub squares: f64,
 }
 
 /// All columns given one remainder of one size: `c_j' V^-1 z`, `c_j' V^-1 c_j`, `z' V^-1 z` and `ln|V|`.
@@ -311,7 +321,7 @@ impl Score {
         for j in 0..k {
             let projected_norm = c.col(j).norm_l2();
             visible[j] = if before[j] > 0.0 { projected_norm / before[j] } else { 0.0 };
-            let scale = if projected_norm > 0.0 && visible[j] > 1e-6 { 1.0 / projected_norm } else { 0.0 };
+            let scale = if projected_norm > 0.0 && visible[j] > VISIBLE { 1.0 / projected_norm } else { 0.0 };
             if scale == 0.0 {
                 visible[j] = 0.0;
             }
@@ -447,7 +457,7 @@ impl Score {
             b,
             sharing: p.sharing.unwrap_or_else(|| kernels.iter().map(|kernel| kernel.share).sum()),
             kernels,
-            gram: vec![None; k],
+            gram: vec![OnceCell::new(); k],
             made: vec![],
             reached: RefCell::default(),
             given: RefCell::new((vec![], Some(vec![]))),
@@ -459,19 +469,35 @@ impl Score {
         }
     }
 
+    /// The same where nothing is believed of the columns: what is left of them, their products, and which are alike.
+    pub fn of_columns(columns: MatRef<'_, f64>, basis: MatRef<'_, f64>, residual: &[f64]) -> Self {
+        let k = columns.ncols();
+        let (prior, plain) = (&vec![0.0; k], &vec![f64::INFINITY; k]);
+        let (fixed, kinds, kernels) = (&[], &[], &[]);
+        let problem =
+            Problem { residual, basis, columns, prior, plain, fixed, kinds, known: true, kernels, sharing: None };
+        Score::new(&problem, Priors::at(1.0))
+    }
+
+    /// How many columns are distinct.
+    pub fn distinct(&self) -> usize {
+        self.alike.iter().filter(|same| !same.is_empty()).count()
+    }
+
+    /// The readings along each column, `c'z`.
+    pub fn along(&self) -> &[f64] {
+        &self.b
+    }
+
     /// The column that represents a candidate; `None` where nothing of it is seen.
     pub fn standing(&self, candidate: usize) -> Option<u16> {
         let place = self.alike.iter().position(|same| same.iter().any(|j| usize::from(*j) == candidate))?;
         u16::try_from(place).ok()
     }
 
-    fn gram0(&mut self, m: usize) -> Rc<[f64]> {
-        if let Some(column) = &self.gram[m] {
-            return Rc::clone(column);
-        }
-        let column: Rc<[f64]> = (self.c.transpose() * self.c.col(m)).iter().copied().collect();
-        self.gram[m] = Some(Rc::clone(&column));
-        column
+    /// Cosines of a column with all, the model taken out.
+    pub fn cosines(&self, m: usize) -> &Rc<[f64]> {
+        self.gram[m].get_or_init(|| (self.c.transpose() * self.c.col(m)).iter().copied().collect())
     }
 
     fn shrink(&self, kernel: usize, t: f64) -> Vec<f64> {
@@ -479,10 +505,10 @@ impl Score {
     }
 
     /// c_j' V^-1 c_m for all j.
-    fn column(&mut self, remainder: &GivenRemainder, m: usize) -> Rc<[f64]> {
-        let gram = self.gram0(m);
+    fn column(&self, remainder: &GivenRemainder, m: usize) -> Rc<[f64]> {
+        let gram = self.cosines(m);
         if remainder.shrink.is_empty() {
-            return gram;
+            return Rc::clone(gram);
         }
         if let Some(column) = remainder.columns.borrow().get(&m) {
             return Rc::clone(column);
@@ -610,7 +636,7 @@ impl Score {
         q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE) / (self.nu - k as f64).max(1.0)
     }
 
-    fn state(&mut self, remainder: &GivenRemainder, set: &[u16]) -> Option<State> {
+    fn state(&self, remainder: &GivenRemainder, set: &[u16]) -> Option<State> {
         let mut state =
             State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: remainder.q, logdet: 0.0, value: 0.0 };
         let (mut g, mut h) = (vec![], vec![]);
@@ -713,14 +739,11 @@ impl Score {
     }
 
     /// ln p of a set at each size `t` of a remainder, and the variance of unit weight there.
-    fn profile(&mut self, kernel: usize, set: &[u16]) -> Option<Vec<(f64, f64, f64)>> {
-        for m in set {
-            self.gram0(*m as usize);
-        }
+    fn profile(&self, kernel: usize, set: &[u16]) -> Option<Vec<(f64, f64, f64)>> {
         let sizes = if kernel == 0 { vec![0.0] } else { self.grid() };
         let at_size = |t: f64| {
             // only what the set needs
-            let Solved { value, squares: q, .. } = self.quick(kernel, t, set)?;
+            let Solved { value, squares: q, .. } = self.solved(Remainder { kernel, t }, set)?;
             let free = self.nu - set.len() as f64 - 2.0;
             // the mean of an inverse gamma distribution; of two degrees of freedom and fewer there is none
             let variance = if self.known { 1.0 } else { q / if free > 0.5 { free } else { 0.5 } };
@@ -730,7 +753,7 @@ impl Score {
     }
 
     /// The random effects given a set: each kernel of the bank, or none, at each size with its probability and the variance of unit weight.
-    pub fn deviations(&mut self, set: &[u16]) -> Vec<Deviation> {
+    pub fn deviations(&self, set: &[u16]) -> Vec<Deviation> {
         let mut deviations = vec![];
         for kernel in 0..self.kernels.len() {
             let (prior, place) = (self.prior_of(kernel, set), self.kernels[kernel].place);
@@ -747,7 +770,7 @@ impl Score {
     }
 
     /// Twice what a kernel of the bank adds to ln p of a set at its best size, before anything is believed of kernels.
-    pub fn gain(&mut self, place: usize, set: &[u16]) -> f64 {
+    pub fn gain(&self, place: usize, set: &[u16]) -> f64 {
         let most = |profile: Option<Vec<(f64, f64, f64)>>| {
             profile.unwrap_or_default().iter().fold(f64::NEG_INFINITY, |most, (_, value, _)| most.max(*value))
         };
@@ -764,8 +787,8 @@ impl Score {
         all.split_first().map_or(f64::NEG_INFINITY, |(none, others)| ln_sum(others) - none)
     }
 
-    /// One set, solved with nothing but what it needs.
-    fn quick(&self, kernel: usize, t: f64, set: &[u16]) -> Option<Solved> {
+    /// One set, solved with nothing but what it needs; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
+    pub fn solved(&self, Remainder { kernel, t }: Remainder, set: &[u16]) -> Option<Solved> {
         let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
         let k = set.len();
         let shrunk = |a: &[f64]| -> Vec<f64> { shrink.iter().zip(a).map(|(s, a)| s * a).collect() };
@@ -784,7 +807,7 @@ impl Score {
             let c = shrunk(bank_kernel.along_c.col_as_slice(*m as usize));
             b[x] = self.b[*m as usize] - product(&c, z) - product(&of_set[x], &of_z);
             for (y, o) in set.iter().enumerate().take(x + 1) {
-                let both = self.gram[*m as usize].as_ref()?[*o as usize]
+                let both = self.cosines(*m as usize)[*o as usize]
                     - product(&c, bank_kernel.along_c.col_as_slice(*o as usize))
                     - product(&of_set[x], &of_set[y]);
                 (g[x * k + y], g[y * k + x]) = (both, both);
@@ -801,21 +824,40 @@ impl Score {
         Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
     }
 
-    /// A set given its most probable remainder; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
-    pub fn given_best_remainder(&mut self, set: &[u16]) -> Option<Solved> {
+    /// The most probable remainder given a set.
+    pub fn foremost(&mut self, set: &[u16]) -> Remainder {
         let of = |key: &(u16, Vec<u16>)| self.visited.get(key).copied().unwrap_or(f64::NEG_INFINITY);
         let kernels = (0..self.kernels.len() as u16).map(|kernel| (kernel, set.to_vec()));
         let best = kernels.max_by(|a, b| of(a).total_cmp(&of(b))).map_or(0, |(kernel, _)| usize::from(kernel));
-        let t = self.integral(best, set).map_or(0.0, |(_, t)| t);
-        for m in set {
-            self.gram0(*m as usize);
-        }
-        self.quick(best, t, set)
+        Remainder { kernel: best, t: self.integral(best, set).map_or(0.0, |(_, t)| t) }
+    }
+
+    /// Degrees of freedom of the t of a set of so many; infinite where the noise is known.
+    pub fn dof(&self, k: usize) -> f64 {
+        if self.known { f64::INFINITY } else { self.nu - k as f64 }
+    }
+
+    /// The one of some further candidates that has the largest t given a remainder and a set, and that t.
+    pub fn strongest(&self, at: Remainder, set: &[u16], wanted: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
+        let remainder = self.make(at.kernel, at.t);
+        let standing: Vec<u16> = set.iter().map(|j| self.standing(usize::from(*j))).collect::<Option<_>>()?;
+        let state = self.state(&remainder, &standing)?;
+        let (mut g, mut h) = (vec![], vec![]);
+        let further =
+            (0..self.alike.len()).filter(|j| !standing.contains(&(*j as u16)) && self.dof(set.len() + 1) >= 1.0);
+        let t_of = |j: usize| {
+            let candidate = self.alike[j].iter().map(|i| usize::from(*i)).find(|i| wanted(*i))?;
+            let (d, bb) = step(&state, &remainder, j, (&mut g, &mut h))?;
+            let fall = bb * bb / d;
+            Some((candidate, (fall / self.sigma2(state.q - fall, set.len() + 1)).sqrt()))
+        };
+        further.filter_map(t_of).reduce(|best, next| if next.1 > best.1 { next } else { best })
     }
 
     /// The size of each member of a set given its most probable remainder.
     fn sizes(&mut self, set: &[u16]) -> Vec<f64> {
-        self.given_best_remainder(set).map_or_else(|| vec![0.0; set.len()], |solved| solved.sizes)
+        let at = self.foremost(set);
+        self.solved(at, set).map_or_else(|| vec![0.0; set.len()], |solved| solved.sizes)
     }
 
     /// Odds of each candidate of a column at a size.
@@ -1072,14 +1114,9 @@ impl Score {
     /// ```text
     /// t_i = c t + e_i,     -2 ln p(K, x) = ln|V| - sum_d w_d (p_d t + e_d)^2,    w = x^2 l/(1 + x^2 l),   c, p: cosines with the effect's column
     /// ```
-    pub fn named_from(
-        &mut self,
-        candidate: usize,
-        noise: std::ops::Range<usize>,
-        probability: f64,
-    ) -> Option<(f64, f64)> {
+    pub fn named_from(&self, candidate: usize, noise: std::ops::Range<usize>, probability: f64) -> Option<(f64, f64)> {
         let first = usize::from(self.standing(candidate)?);
-        let along = self.gram0(first);
+        let along = Rc::clone(self.cosines(first));
         let open: Vec<usize> = (0..along.len()).filter(|j| self.norm[*j] > 0.0 && self.prior[*j].is_finite()).collect();
         let each = 0.5 * std::f64::consts::TAU.ln() - (2.0 * self.settings.range()).ln() + self.kernel_prior(0);
         let nothing = self.prior_of(0, &[]);
@@ -1089,8 +1126,8 @@ impl Score {
         let mut thresholds: Vec<f64> = vec![];
         for column in noise {
             let scale = self.nu.sqrt();
-            let projection = self.gram0(column)[first] * scale;
-            let row = self.gram0(column);
+            let row = self.cosines(column);
+            let projection = row[first] * scale;
             let orthogonal: Vec<f64> = (0..along.len()).map(|j| row[j] * scale - along[j] * projection).collect();
             // ln p of a remainder: a + b t + c t^2
             let mut remainders: Vec<[f64; 3]> = vec![];
@@ -1151,7 +1188,7 @@ impl Score {
     /// Cosine of two columns given the model and some others, by size; zero where one of them was never in a set.
     pub fn cosine(&self, others: &[u16], a: u16, b: u16) -> f64 {
         let rows: Option<Vec<&Rc<[f64]>>> =
-            others.iter().chain([&a]).map(|j| self.gram.get(usize::from(*j))?.as_ref()).collect();
+            others.iter().chain([&a]).map(|j| self.gram.get(usize::from(*j))?.get()).collect();
         let Some((row, given)) = rows.as_ref().and_then(|rows| rows.split_last()) else { return 0.0 };
         let k = others.len();
         let mut last = self.given.borrow_mut();

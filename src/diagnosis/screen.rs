@@ -10,6 +10,7 @@
 
 use super::catalogue::{breaks, clock};
 use super::noise::Weighted;
+use super::score::VISIBLE;
 use crate::campaign::Campaign;
 use crate::design::{DesignMatrix, RowOrigin};
 use crate::elements::Elements;
@@ -301,7 +302,7 @@ impl<'a> Indicators<'a> {
         let mut direction = self.weighted.whiten(&scaled);
         let before = norm(&direction);
         (0..2).for_each(|_| project(&mut direction, &self.white));
-        if normalise(&mut direction) > super::VISIBLE * before {
+        if normalise(&mut direction) > VISIBLE * before {
             let along = dot(&direction, &self.left);
             self.left.iter_mut().zip(&direction).for_each(|(r, d)| *r -= along * d);
             self.residual = self.weighted.carry_back(&self.left);

@@ -145,7 +145,6 @@ pub fn floor(campaign: &Campaign, design: &DesignMatrix, system: &System, varian
     all.lines.resize(campaign.scatter.len(), 0.0);
     all.lines.resize(lines.len(), 1.0);
     all.tau.resize(lines.len(), None);
-    all.component.resize(lines.len(), None);
     Floor::new(&own_system(campaign, design, system), &lines, &all)
 }
 
@@ -161,7 +160,6 @@ pub(crate) fn scattered(campaign: &Campaign, design: &DesignMatrix) -> Result<Va
     let mut variances = Variances::from(&found);
     variances.lines.truncate(campaign.scatter.len());
     variances.tau.truncate(campaign.scatter.len());
-    variances.component.truncate(campaign.scatter.len());
     Ok(variances)
 }
 

@@ -99,7 +99,8 @@ fn kernels_kept_by_their_rows_are_those_of_full_columns() {
                 sharing: None,
             };
             let mut score = Score::new(&problem, priors);
-            let t = score.given_best_remainder(&[0, 2]).unwrap().t;
+            let remainder = score.foremost(&[0, 2]);
+            let t = score.solved(remainder, &[0, 2]).unwrap().t;
             let values = [&[][..], &[2], &[0, 2]].map(|set| score.remainder(set));
             (values, [&[][..], &[2], &[0, 2]].map(|set| score.of(set)), t)
         };
