@@ -141,7 +141,7 @@ impl View {
     /// set has in its place.
     fn fronts(&mut self) -> Vec<Option<Member>> {
         let classes = self.posterior.classes.clone();
-        let mut set = self.posterior.sets.first().map(|(_, set)| set.clone()).unwrap_or_default();
+        let mut set = self.posterior.sets.first().map(|(_, set)| set.to_vec()).unwrap_or_default();
         let least = self.score.of(&set) - ALIAS;
         let mut fronts = Vec::new();
         for (place, class) in classes.iter().enumerate() {
@@ -199,7 +199,8 @@ impl View {
                 *most = most.max(value);
             }
         }
-        settled.iter().for_each(|(set, value)| self.score.overrule(set, value - self.unit));
+        let unit = self.unit;
+        self.score.overrule(settled.into_iter().map(|(set, value)| (set, value - unit)));
         self.posterior = self.score.posterior();
     }
 }
@@ -597,7 +598,7 @@ impl Judged {
 
     /// Sets of a view that are probable and not judged.
     fn open(&self, view: &View) -> Vec<Names> {
-        let likely = view.posterior.sets.iter().filter(|(p, _)| *p >= COMPETES);
+        let likely = view.posterior.sets.iter().take_while(|(p, _)| *p >= COMPETES);
         let likely = likely.map(|(_, set)| view.names(&view.plain(set)));
         likely.filter(|names| !self.knows(names)).take(RIVALS).collect()
     }
@@ -655,7 +656,7 @@ fn movers(view: &View) -> Vec<Names> {
     let candidates = || (0_u16..).zip(&view.candidates).filter(|(_, c)| moves(c));
     let likely = view.posterior.sets.iter().take_while(|(p, _)| *p >= COMPETES);
     for (_, set) in likely.filter(|(_, set)| set.len() > 1) {
-        for member in set {
+        for member in set.iter() {
             let others: Vec<u16> = set.iter().copied().filter(|j| j != member).collect();
             let alike = view.score.alike.get(usize::from(*member));
             let near = |j: u16| {
@@ -676,7 +677,7 @@ fn movers(view: &View) -> Vec<Names> {
 /// The most probable set, and those in which a tilt or a known value replaces a member.
 fn hypotheses(view: &View) -> Vec<Names> {
     let sets = &view.posterior.sets;
-    let names = |set: &Vec<u16>| view.names(&view.plain(set));
+    let names = |set: &[u16]| view.names(&view.plain(set));
     let mut wanted: Vec<Names> = sets.iter().take(1).map(|(_, set)| names(set)).collect();
     // what is estimated to scatter hides effects until they are in the model
     if view.weighted.floor.is_some() && view.weighted.from == NoiseFrom::Residuals {

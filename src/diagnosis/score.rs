@@ -20,7 +20,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use std::cell::{OnceCell, RefCell};
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 
 /// Effects that are expected in addition to another where anything is missing: one finding in four has a second one.
@@ -203,18 +203,36 @@ pub(crate) struct Score {
     gram: Vec<OnceCell<Rc<[f64]>>>,
     /// Remainders of one kernel that were made, each with its columns: many sets have the same best size.
     made: Vec<Rc<GivenRemainder>>,
-    /// What the model takes of kernels whose directions are not projected, by kernel and size.
-    reached: RefCell<BTreeMap<(usize, u64), Option<Rc<Reach>>>>,
+    /// What all sets share, by kernel and size.
+    sizes: RefCell<BTreeMap<(usize, u64), Rc<AtSize>>>,
     /// The others of the last cosine, and the inverse of their Gram matrix.
     given: RefCell<(Vec<u16>, Option<Vec<f64>>)>,
-    pub visited: BTreeMap<(u16, Vec<u16>), f64>,
-    /// Of these the ones whose integral over t was made, without the prior of the kernel, and their best t.
-    integrated: BTreeMap<(u16, Vec<u16>), (f64, f64)>,
+    visited: Vec<Visited>,
+    /// The place of each set among these.
+    places: HashMap<Rc<[u16]>, usize>,
+    /// Sets, by place, that were nearly as probable as the best when they were visited, each with its kernel.
+    near: Vec<(u16, usize)>,
+    /// Of each kernel and set whose integral over t was made that integral, without the prior of the kernel, and the best t.
+    integrated: BTreeMap<(u16, Rc<[u16]>), (f64, f64)>,
     /// Sets whose neighbours were looked at, each with the best of these: many starts lead to the same sets.
-    expanded: BTreeMap<(u16, Vec<u16>), Vec<(f64, Vec<u16>)>>,
+    expanded: BTreeMap<(u16, Rc<[u16]>), Vec<(f64, Vec<u16>)>>,
     /// Sets that have their evidence at their solution.
     overruled: BTreeSet<Vec<u16>>,
     pub best: f64,
+}
+
+/// A set that was visited, in order, and ln p with each kernel that it was visited with.
+struct Visited {
+    set: Rc<[u16]>,
+    each: Vec<Valued>,
+}
+
+/// ln p with one kernel.
+struct Valued {
+    kernel: u16,
+    /// Is it more than an approximation at the size that another set has?
+    is_settled: bool,
+    value: f64,
 }
 
 /// What is believed of the size of a candidate, in the units of its projected column of unit norm.
@@ -249,6 +267,26 @@ impl Belief {
     }
 }
 
+/// A set, and of each column the parts along its members, and what is left of it and of its product with the readings.
+struct Further {
+    state: State,
+    h: Vec<f64>,
+    left: Vec<(f64, f64)>,
+}
+
+impl Further {
+    fn of(state: State, remainder: &GivenRemainder) -> Self {
+        let (mut all, mut h) = (Vec::with_capacity(remainder.b.len() * state.set.len()), vec![]);
+        let left = (0..remainder.b.len()).map(|j| {
+            let left = parts(&state, remainder, j, &mut h);
+            all.extend_from_slice(&h);
+            left
+        });
+        let left = left.collect();
+        Further { state, h: all, left }
+    }
+}
+
 #[derive(Clone)]
 struct State {
     set: Vec<u16>,
@@ -275,15 +313,29 @@ pub(crate) struct Solved {
     pub squares: f64,
 }
 
-/// All columns given one remainder of one size: `c_j' V^-1 z`, `c_j' V^-1 c_j`, `z' V^-1 z` and `ln|V|`.
+/// One remainder of one size: `s = t^2 l/(1 + t^2 l)`, `S U'z`, what the model takes of its directions where they are not projected, `z' V^-1 z` and `ln|V|`.
+struct AtSize {
+    shrink: Vec<f64>,
+    shrunk: Vec<f64>,
+    reach: Option<Reach>,
+    of_z: Vec<f64>,
+    q: f64,
+    logdet: f64,
+}
+
+impl AtSize {
+    fn taken(&self, along: &[f64]) -> Vec<f64> {
+        self.reach.as_ref().map_or_else(Vec::new, |reach| reach.of(along))
+    }
+}
+
+/// All columns given one remainder of one size: `c_j' V^-1 z` and `c_j' V^-1 c_j`.
 struct GivenRemainder {
     kernel: usize,
     t: f64,
-    shrink: Vec<f64>,
+    at: Rc<AtSize>,
     b: Vec<f64>,
     d: Vec<f64>,
-    q: f64,
-    logdet: f64,
     /// Of each column, what the model takes.
     taken: Vec<Vec<f64>>,
     /// `c_j' V^-1 c_m` for all j, of each m that was in a set.
@@ -459,9 +511,11 @@ impl Score {
             kernels,
             gram: vec![OnceCell::new(); k],
             made: vec![],
-            reached: RefCell::default(),
+            sizes: RefCell::default(),
             given: RefCell::new((vec![], Some(vec![]))),
-            visited: BTreeMap::new(),
+            visited: vec![],
+            places: HashMap::new(),
+            near: vec![],
             integrated: BTreeMap::new(),
             expanded: BTreeMap::new(),
             overruled: BTreeSet::new(),
@@ -504,17 +558,32 @@ impl Score {
         self.kernels[kernel].lambda.iter().map(|l| t * t * l / (1.0 + t * t * l)).collect()
     }
 
+    fn at_size(&self, kernel: usize, t: f64) -> Rc<AtSize> {
+        let mut sizes = self.sizes.borrow_mut();
+        let at = sizes.entry((kernel, t.to_bits())).or_insert_with(|| {
+            let (Prepared { lambda, along_z, along_q, .. }, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
+            let reach = along_q.as_ref().and_then(|along_q| Reach::new(along_q, &shrink));
+            let of_z = reach.as_ref().map_or_else(Vec::new, |reach| reach.of(along_z));
+            let shrunk: Vec<f64> = shrink.iter().zip(along_z).map(|(s, z)| s * z).collect();
+            let q = self.zz - product(&shrunk, along_z) - product(&of_z, &of_z);
+            let logdet = lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum::<f64>();
+            let logdet = logdet + reach.as_ref().map_or(0.0, |reach| reach.log_determinant());
+            Rc::new(AtSize { shrink, shrunk, reach, of_z, q, logdet })
+        });
+        Rc::clone(at)
+    }
+
     /// c_j' V^-1 c_m for all j.
     fn column(&self, remainder: &GivenRemainder, m: usize) -> Rc<[f64]> {
         let gram = self.cosines(m);
-        if remainder.shrink.is_empty() {
+        if remainder.at.shrink.is_empty() {
             return Rc::clone(gram);
         }
         if let Some(column) = remainder.columns.borrow().get(&m) {
             return Rc::clone(column);
         }
         let kernel = &self.kernels[remainder.kernel];
-        let w: Vec<f64> = remainder.shrink.iter().zip(kernel.along_c.col_as_slice(m)).map(|(d, a)| d * a).collect();
+        let w: Vec<f64> = remainder.at.shrink.iter().zip(kernel.along_c.col_as_slice(m)).map(|(d, a)| d * a).collect();
         let taken = |j: usize| match (remainder.taken.get(j), remainder.taken.get(m)) {
             (Some(a), Some(b)) => product(a, b),
             _ => 0.0,
@@ -537,39 +606,25 @@ impl Score {
     }
 
     fn make(&self, kernel: usize, t: f64) -> GivenRemainder {
-        let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
-        let w: Vec<f64> = shrink.iter().zip(&bank_kernel.along_z).map(|(d, z)| d * z).collect();
+        let (along_c, at) = (&self.kernels[kernel].along_c, self.at_size(kernel, t));
         let (mut b, mut d) = (self.b.clone(), self.norm.clone());
-        let mut shrunk = vec![0.0; shrink.len()];
-        for j in (0..b.len()).filter(|j| !shrink.is_empty() && self.norm[*j] > 0.0) {
-            let along = bank_kernel.along_c.col_as_slice(j);
-            shrunk.iter_mut().zip(along.iter().zip(&shrink)).for_each(|(v, (a, s))| *v = a * s);
-            b[j] -= product(along, &w);
+        let mut shrunk = vec![0.0; at.shrink.len()];
+        for j in (0..b.len()).filter(|j| !at.shrink.is_empty() && self.norm[*j] > 0.0) {
+            let along = along_c.col_as_slice(j);
+            shrunk.iter_mut().zip(along.iter().zip(&at.shrink)).for_each(|(v, (a, s))| *v = a * s);
+            b[j] -= product(along, &at.shrunk);
             d[j] -= product(along, &shrunk);
         }
-        let mut q = self.zz - product(&w, &bank_kernel.along_z);
-        let mut logdet = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
         let mut taken = vec![];
-        if let Some(reach) = self.reach(kernel, t, &shrink) {
-            let of_z = reach.of(&bank_kernel.along_z);
+        if at.reach.is_some() {
             taken.extend((0..b.len()).map(|j| match self.norm[j] > 0.0 {
-                true => reach.of(bank_kernel.along_c.col_as_slice(j)),
-                false => vec![0.0; of_z.len()],
+                true => at.taken(along_c.col_as_slice(j)),
+                false => vec![0.0; at.of_z.len()],
             }));
-            b.iter_mut().zip(&taken).for_each(|(b, taken)| *b -= product(taken, &of_z));
+            b.iter_mut().zip(&taken).for_each(|(b, taken)| *b -= product(taken, &at.of_z));
             d.iter_mut().zip(&taken).for_each(|(d, taken)| *d -= product(taken, taken));
-            q -= product(&of_z, &of_z);
-            logdet += reach.log_determinant();
         }
-        GivenRemainder { kernel, t, shrink, b, d, q, logdet, taken, columns: RefCell::default() }
-    }
-
-    /// What the model takes of a kernel's directions at a size, where they are not projected.
-    fn reach(&self, kernel: usize, t: f64, shrink: &[f64]) -> Option<Rc<Reach>> {
-        let along_q = self.kernels[kernel].along_q.as_ref()?;
-        let mut reached = self.reached.borrow_mut();
-        let at = reached.entry((kernel, t.to_bits())).or_insert_with(|| Reach::new(along_q, shrink).map(Rc::new));
-        at.clone()
+        GivenRemainder { kernel, t, at, b, d, taken, columns: RefCell::default() }
     }
 
     /// The odds of a column times the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
@@ -596,11 +651,14 @@ impl Score {
 
     /// How many effects a set has: one in several sensors is one.
     pub fn effects(&self, set: &[u16]) -> usize {
-        let is_new = |(k, j): (usize, &u16)| {
-            let own = &self.kinds[usize::from(*j)];
-            !set[..k].iter().any(|before| self.kinds[usize::from(*before)].iter().any(|kind| own.contains(kind)))
+        let mut kinds: Vec<u16> = vec![];
+        let mut is_new = |j: &&u16| {
+            let own = &self.kinds[usize::from(**j)];
+            let is_known = own.iter().any(|(kind, _)| kinds.contains(kind));
+            kinds.extend(own.iter().map(|(kind, _)| *kind));
+            !is_known
         };
-        set.iter().enumerate().filter(|place| is_new(*place)).count()
+        set.iter().filter(&mut is_new).count()
     }
 
     fn of_one_kind(&self, set: &[u16]) -> f64 {
@@ -638,11 +696,11 @@ impl Score {
 
     fn state(&self, remainder: &GivenRemainder, set: &[u16]) -> Option<State> {
         let mut state =
-            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: remainder.q, logdet: 0.0, value: 0.0 };
-        let (mut g, mut h) = (vec![], vec![]);
+            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: remainder.at.q, logdet: 0.0, value: 0.0 };
+        let mut h = vec![];
         for m in set {
             let j = *m as usize;
-            let (d, bb) = step(&state, remainder, j, (&mut g, &mut h))?;
+            let (d, bb) = step(&state, remainder, j, &mut h)?;
             extend(&mut state, &h, d, bb, *m);
             let col = self.column(remainder, j);
             state.g.push(col);
@@ -652,52 +710,74 @@ impl Score {
         let variance = |i: usize| s2 * state.inverse[i * k + i];
         let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, state.beta[i], variance(i)).ln()).sum();
         let believed = believed + self.of_one_kind(set);
-        state.value = self.evidence(k, state.q, remainder.logdet, state.logdet, believed);
+        state.value = self.evidence(k, state.q, remainder.at.logdet, state.logdet, believed);
         Some(state)
     }
 
-    /// value of S + j for all j
-    fn additions(&self, state: &State, remainder: &GivenRemainder, least: f64) -> Vec<f64> {
+    /// ln p of a set with one member more, for all of them, or where a member is left out, of that set (`reduced`): of the parts `h` along the set, and what is
+    /// left, without it `h_l - h_i G_li/G_ii`, `d + h_i^2/G_ii` and `b + h_i b_i/G_ii`, with `G` the inverse. What is less than `least` may be minus infinity.
+    fn additions(
+        &self,
+        of: &Further,
+        left_out: Option<(usize, &State)>,
+        remainder: &GivenRemainder,
+        least: f64,
+    ) -> Vec<f64> {
+        let (all, state) = (of.state.set.len(), left_out.map_or(&of.state, |(_, reduced)| reduced));
         let k = state.set.len();
         let least_q = (1e-14 * self.zz).max(f64::MIN_POSITIVE);
         let of_q = |q: f64| if self.known { q } else { q.max(least_q).ln() };
         let own_q = of_q(state.q);
         let before = self.of_one_kind(&state.set);
-        let volume = self.volume(k + 1) + before - 0.5 * (state.logdet + remainder.logdet);
-        let there: BTreeSet<u16> =
+        let volume = self.volume(k + 1) + before - 0.5 * (state.logdet + remainder.at.logdet);
+        let there: Vec<u16> =
             state.set.iter().flat_map(|j| self.kinds[*j as usize].iter().map(|(kind, _)| *kind)).collect();
-        let (mut g, mut h) = (vec![], vec![]);
-        let mut value = |j: usize| {
+        let value = |j: usize| {
             if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
                 return f64::NEG_INFINITY;
             }
-            let Some((d, bb)) = step(state, remainder, j, (&mut g, &mut h)) else { return f64::NEG_INFINITY };
+            let along = &of.h[j * all..(j + 1) * all];
+            let (mut d, mut bb) = of.left[j];
+            if let Some((i, _)) = left_out {
+                let part = along[i] / of.state.inverse[i * all + i];
+                (d, bb) = (d + along[i] * part, bb + part * of.state.beta[i]);
+            }
+            if !is_left(remainder, j, d) {
+                return f64::NEG_INFINITY;
+            }
             let q = state.q - bb * bb / d;
-            let ln_q = of_q(q);
-            // sizes and volume cost: what a column takes off bounds what it gains
-            let gain = self.per_q(k) * (own_q - ln_q);
             // a kind that the set does not have joins nothing
             let is_there = self.kinds[j].iter().any(|(kind, _)| there.contains(kind));
             let joins = if is_there { self.joins(&state.set, j as u16) } else { 0.0 };
-            if state.value + gain + self.prior[j] + joins + 2.0 < least {
+            // sizes and volume cost: what a column takes off bounds what it gains; ln x <= x - 1
+            let bound = state.value + self.prior[j] + joins + 2.0;
+            let most = if self.known { state.q - q } else { state.q / q.max(least_q) - 1.0 };
+            if bound + self.per_q(k) * most < least {
+                return f64::NEG_INFINITY;
+            }
+            let ln_q = of_q(q);
+            if bound + self.per_q(k) * (own_q - ln_q) < least {
                 return f64::NEG_INFINITY;
             }
             let s2 = self.sigma2(q, k + 1);
             let bj = bb / d;
             // one logarithm for all that cannot underflow together
-            let (mut ln, mut all) = (0.0, self.likely(j, bj, s2 / d) / d.sqrt());
-            for (i, h) in h.iter().enumerate() {
-                let bi = state.beta[i] - h * bj;
-                let u = state.inverse[i * k + i] + h * h / d;
-                if !(all > 1e-100 && all < 1e100) {
-                    ln += all.ln();
-                    all = 1.0;
+            let (mut ln, mut product) = (0.0, self.likely(j, bj, s2 / d) / d.sqrt());
+            for (l, place) in (0..all).filter(|l| left_out.is_none_or(|(i, _)| i != *l)).enumerate() {
+                let gone =
+                    |(i, _): (usize, _)| along[i] * of.state.inverse[place * all + i] / of.state.inverse[i * all + i];
+                let h = along[place] - left_out.map_or(0.0, gone);
+                let bi = state.beta[l] - h * bj;
+                let u = state.inverse[l * k + l] + h * h / d;
+                if !(product > 1e-100 && product < 1e100) {
+                    ln += product.ln();
+                    product = 1.0;
                 }
-                all *= self.likely(state.set[i] as usize, bi, s2 * u);
+                product *= self.likely(state.set[l] as usize, bi, s2 * u);
             }
-            volume + joins + ln + all.ln() - self.per_q(k + 1) * ln_q
+            volume + joins + ln + product.ln() - self.per_q(k + 1) * ln_q
         };
-        (0..self.b.len()).map(&mut value).collect()
+        (0..self.b.len()).map(value).collect()
     }
 
     fn grid(&self) -> Vec<f64> {
@@ -715,10 +795,38 @@ impl Score {
         if integral.0.is_finite() {
             let value = integral.0 + self.prior_of(kernel, set);
             self.best = self.best.max(value);
-            let _approximate = self.visited.insert(key.clone(), value);
+            self.visit(kernel, &key.1, value, true);
             let _first = self.integrated.insert(key, integral);
         }
         Some(integral)
+    }
+
+    /// A set in order, with its ln p: what is settled replaces what is not; of others the largest counts.
+    fn visit(&mut self, kernel: usize, set: &[u16], value: f64, is_settled: bool) {
+        let place = self.places.get(set).copied().unwrap_or_else(|| {
+            let set: Rc<[u16]> = set.into();
+            self.visited.push(Visited { set: Rc::clone(&set), each: vec![] });
+            let _none = self.places.insert(set, self.visited.len() - 1);
+            self.visited.len() - 1
+        });
+        let each = &mut self.visited[place].each;
+        match each.iter_mut().find(|valued| usize::from(valued.kernel) == kernel) {
+            Some(known) if known.is_settled && !is_settled => return,
+            Some(known) => {
+                known.value = if is_settled { value } else { known.value.max(value) };
+                known.is_settled |= is_settled;
+            }
+            None => each.push(Valued { kernel: kernel as u16, is_settled, value }),
+        }
+        if value > self.best - ALIAS {
+            self.near.push((kernel as u16, place));
+        }
+    }
+
+    /// ln p of a set that was visited with a kernel, by place.
+    fn visited_with(&self, kernel: u16, place: usize) -> f64 {
+        let each = self.visited[place].each.iter();
+        each.filter(|valued| valued.kernel == kernel).fold(f64::NEG_INFINITY, |_, valued| valued.value)
     }
 
     fn integrate(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
@@ -789,46 +897,39 @@ impl Score {
 
     /// One set, solved with nothing but what it needs; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
     pub fn solved(&self, Remainder { kernel, t }: Remainder, set: &[u16]) -> Option<Solved> {
-        let (bank_kernel, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
+        let (along_c, at) = (&self.kernels[kernel].along_c, self.at_size(kernel, t));
         let k = set.len();
-        let shrunk = |a: &[f64]| -> Vec<f64> { shrink.iter().zip(a).map(|(s, a)| s * a).collect() };
-        let mut logdet_v: f64 = bank_kernel.lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum();
-        let z = &bank_kernel.along_z;
-        let mut q = self.zz - product(&shrunk(z), z);
-        let reach = self.reach(kernel, t, &shrink);
-        let taken = |along: &[f64]| reach.as_ref().map_or_else(Vec::new, |reach| reach.of(along));
-        let of_z = taken(z);
-        q -= product(&of_z, &of_z);
-        logdet_v += reach.as_ref().map_or(0.0, |reach| reach.log_determinant());
-        let of_set: Vec<Vec<f64>> = set.iter().map(|m| taken(bank_kernel.along_c.col_as_slice(*m as usize))).collect();
+        let along = |m: u16| along_c.col_as_slice(usize::from(m));
+        let of_set: Vec<Vec<f64>> = set.iter().map(|m| at.taken(along(*m))).collect();
         let mut g = vec![0.0; k * k];
         let mut b = vec![0.0; k];
         for (x, m) in set.iter().enumerate() {
-            let c = shrunk(bank_kernel.along_c.col_as_slice(*m as usize));
-            b[x] = self.b[*m as usize] - product(&c, z) - product(&of_set[x], &of_z);
+            let c: Vec<f64> = at.shrink.iter().zip(along(*m)).map(|(s, a)| s * a).collect();
+            b[x] = self.b[*m as usize] - product(&at.shrunk, along(*m)) - product(&of_set[x], &at.of_z);
             for (y, o) in set.iter().enumerate().take(x + 1) {
-                let both = self.cosines(*m as usize)[*o as usize]
-                    - product(&c, bank_kernel.along_c.col_as_slice(*o as usize))
-                    - product(&of_set[x], &of_set[y]);
+                let both =
+                    self.cosines(*m as usize)[*o as usize] - product(&c, along(*o)) - product(&of_set[x], &of_set[y]);
                 (g[x * k + y], g[y * k + x]) = (both, both);
             }
         }
         let (inverse, logdet) = invert(&g, k)?;
         let beta: Vec<f64> = (0..k).map(|i| (0..k).map(|j| inverse[i * k + j] * b[j]).sum()).collect();
-        q -= beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
+        let q = at.q - beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
         let s2 = self.sigma2(q, k);
         let variances: Vec<f64> = (0..k).map(|i| (s2 * inverse[i * k + i]).max(f64::MIN_POSITIVE)).collect();
         let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, beta[i], variances[i]).ln()).sum();
         let believed = believed + self.of_one_kind(set);
         let t = beta.iter().zip(&variances).map(|(size, variance)| size / variance.sqrt()).collect();
-        Some(Solved { value: self.evidence(k, q, logdet_v, logdet, believed), sizes: beta, t, squares: q })
+        Some(Solved { value: self.evidence(k, q, at.logdet, logdet, believed), sizes: beta, t, squares: q })
     }
 
     /// The most probable remainder given a set.
     pub fn foremost(&mut self, set: &[u16]) -> Remainder {
-        let of = |key: &(u16, Vec<u16>)| self.visited.get(key).copied().unwrap_or(f64::NEG_INFINITY);
-        let kernels = (0..self.kernels.len() as u16).map(|kernel| (kernel, set.to_vec()));
-        let best = kernels.max_by(|a, b| of(a).total_cmp(&of(b))).map_or(0, |(kernel, _)| usize::from(kernel));
+        let (_, sorted) = key(0, set);
+        let each = self.places.get(&sorted).map_or(&[][..], |place| &self.visited[*place].each);
+        let most = |best: &'_ Valued, next: &'_ Valued| (next.value, next.kernel) > (best.value, best.kernel);
+        let best = each.iter().reduce(|best, next| if most(best, next) { next } else { best });
+        let best = best.map_or(0, |valued| usize::from(valued.kernel));
         Remainder { kernel: best, t: self.integral(best, set).map_or(0.0, |(_, t)| t) }
     }
 
@@ -842,12 +943,12 @@ impl Score {
         let remainder = self.make(at.kernel, at.t);
         let standing: Vec<u16> = set.iter().map(|j| self.standing(usize::from(*j))).collect::<Option<_>>()?;
         let state = self.state(&remainder, &standing)?;
-        let (mut g, mut h) = (vec![], vec![]);
+        let mut h = vec![];
         let further =
             (0..self.alike.len()).filter(|j| !standing.contains(&(*j as u16)) && self.dof(set.len() + 1) >= 1.0);
         let t_of = |j: usize| {
             let candidate = self.alike[j].iter().map(|i| usize::from(*i)).find(|i| wanted(*i))?;
-            let (d, bb) = step(&state, &remainder, j, (&mut g, &mut h))?;
+            let (d, bb) = step(&state, &remainder, j, &mut h)?;
             let fall = bb * bb / d;
             Some((candidate, (fall / self.sigma2(state.q - fall, set.len() + 1)).sqrt()))
         };
@@ -861,20 +962,20 @@ impl Score {
     }
 
     /// Odds of each candidate of a column at a size.
-    fn at_size(&self, j: u16, size: f64) -> impl Iterator<Item = (usize, f64)> {
+    fn odds_at(&self, j: u16, size: f64) -> impl Iterator<Item = (usize, f64)> {
         let beliefs = self.alike[j as usize].iter().zip(&self.beliefs[j as usize]);
         beliefs.map(move |(i, belief)| (*i as usize, belief.at(size)))
     }
 
     /// Odds of a column at a size.
     fn odds(&self, j: u16, size: f64) -> f64 {
-        self.at_size(j, size).map(|(_, odds)| odds).sum()
+        self.odds_at(j, size).map(|(_, odds)| odds).sum()
     }
 
     /// The candidates that each member of a set represents, with their odds at its size.
     pub fn shares(&mut self, set: &[u16]) -> Vec<Vec<(usize, f64)>> {
         let sizes = self.sizes(set);
-        set.iter().zip(sizes).map(|(j, size)| self.at_size(*j, size).collect()).collect()
+        set.iter().zip(sizes).map(|(j, size)| self.odds_at(*j, size).collect()).collect()
     }
 
     fn kernel_prior(&self, kernel: usize) -> f64 {
@@ -888,29 +989,25 @@ impl Score {
         self.kernel_prior(kernel) + if nothing { self.settings.nothing() } else { 0.0 }
     }
 
+    /// A set in order, with its ln p at the size of another set's remainder.
     fn record(&mut self, kernel: usize, set: &[u16], value: f64) {
         let value = value + self.prior_of(kernel, set);
         if !value.is_finite() || value < self.best - KEPT {
             return;
         }
         self.best = self.best.max(value);
-        let key = key(kernel, set);
-        if self.integrated.contains_key(&key) {
-            return;
-        }
-        let slot = self.visited.entry(key).or_insert(f64::NEG_INFINITY);
-        *slot = slot.max(value);
+        self.visit(kernel, set, value, false);
     }
 
     /// Those that are less probable than the best by no more than this (ln).
     fn record_all(&mut self, kernel: usize, set: &[u16], values: &[f64], (shift, kept): (f64, f64)) {
         let least = self.best - kept - self.kernel_prior(kernel) - shift;
-        let mut key = set.to_vec();
+        let (_, before) = key(kernel, set);
+        let mut with = vec![];
         for (j, value) in values.iter().enumerate() {
             if *value > least {
-                key.push(j as u16);
-                self.record(kernel, &key, value + shift);
-                key.pop();
+                insert(&before, j as u16, &mut with);
+                self.record(kernel, &with, value + shift);
             }
         }
     }
@@ -922,8 +1019,8 @@ impl Score {
             return Some((integral, best.clone()));
         }
         let remainder = self.at(kernel, t);
-        let state = self.state(&remainder, set)?;
-        let shift = integral - state.value;
+        let of = Further::of(self.state(&remainder, set)?, &remainder);
+        let shift = integral - of.state.value;
         let mut options: Vec<(f64, Vec<u16>)> = vec![];
         let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
             let top = values.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
@@ -933,8 +1030,9 @@ impl Score {
                 options.push((*v + shift, next));
             }
         };
+        let least = |this: &Self| this.best - KEPT - this.kernel_prior(kernel) - shift;
         if set.len() < self.settings.most {
-            let values = self.additions(&state, &remainder, self.best - KEPT - self.kernel_prior(kernel) - shift);
+            let values = self.additions(&of, None, &remainder, least(self));
             self.record_all(kernel, set, &values, (shift, KEPT));
             consider(&mut options, &values, set);
         }
@@ -942,8 +1040,8 @@ impl Score {
             let mut less = set.to_vec();
             let _gone = less.remove(place);
             let Some(reduced) = self.state(&remainder, &less) else { continue };
-            self.record(kernel, &less, reduced.value + shift);
-            let values = self.additions(&reduced, &remainder, self.best - KEPT - self.kernel_prior(kernel) - shift);
+            self.record(kernel, &key(kernel, &less).1, reduced.value + shift);
+            let values = self.additions(&of, Some((place, &reduced)), &remainder, least(self));
             self.record_all(kernel, &less, &values, (shift, KEPT));
             consider(&mut options, &values, &less);
             options.push((reduced.value + shift, less));
@@ -974,11 +1072,19 @@ impl Score {
     /// The neighbours of every set that is nearly as probable as the best: what could stand in several places at once.
     fn spread(&mut self) {
         for _ in 0..SPREAD {
-            let near = |value: f64| value > self.best - ALIAS;
-            let next = self.visited.iter().filter(|(key, value)| near(**value) && !self.expanded.contains_key(*key));
-            let Some((kernel, set)) = next.max_by(|a, b| a.1.total_cmp(b.1)).map(|(key, _)| key.clone()) else {
-                return;
-            };
+            let mut near = std::mem::take(&mut self.near);
+            near.sort_unstable();
+            near.dedup();
+            let set = |place: usize| Rc::clone(&self.visited[place].set);
+            near.retain(|(kernel, place)| {
+                let is_near = self.visited_with(*kernel, *place) > self.best - ALIAS;
+                is_near && !self.expanded.contains_key(&(*kernel, set(*place)))
+            });
+            let value = |(kernel, place): &(u16, usize)| self.visited_with(*kernel, *place);
+            let order = |(kernel, place): &(u16, usize)| (*kernel, set(*place));
+            let next = near.iter().max_by(|a, b| value(a).total_cmp(&value(b)).then_with(|| order(a).cmp(&order(b))));
+            let Some((kernel, set)) = next.map(order) else { return };
+            self.near = near;
             if self.neighbours(usize::from(kernel), &set).is_none() {
                 let _none = self.expanded.insert((kernel, set), vec![]);
             }
@@ -1017,7 +1123,7 @@ impl Score {
             let Some(state) = self.state(&remainder, &set) else { continue };
             let least = if longer.len() < BEAM { f64::NEG_INFINITY } else { longer[BEAM - 1].0 };
             let record = self.best - GROWN - self.kernel_prior(kernel) - shift;
-            let values = self.additions(&state, &remainder, least.min(record));
+            let values = self.additions(&Further::of(state, &remainder), None, &remainder, least.min(record));
             self.record_all(kernel, &set, &values, (shift, GROWN));
             for (j, value) in values.iter().enumerate().filter(|(_, value)| **value > least) {
                 let mut next = [&set[..], &[j as u16]].concat();
@@ -1090,10 +1196,15 @@ impl Score {
         self.spread();
         // what the best sets are under every kernel, until no approximate value is among the best
         for _ in 0..4 {
-            let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v, s)).collect();
-            sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+            let mut sets = self.marginal();
+            let order = |a: &(f64, Rc<[u16]>), b: &(f64, Rc<[u16]>)| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1));
+            if sets.len() > 12 {
+                sets.select_nth_unstable_by(12, order);
+                sets.truncate(12);
+            }
+            sets.sort_unstable_by(order);
             let before = self.integrated.len();
-            for (_, set) in sets.into_iter().take(12) {
+            for (_, set) in sets {
                 for kernel in 0..self.kernels.len() {
                     let _kept = self.integral(kernel, &set);
                 }
@@ -1171,13 +1282,10 @@ impl Score {
         (count > 0.0).then(|| (mean, variance.sqrt()))
     }
 
-    /// ln of the sum over kernels for each set visited.
-    pub fn marginal(&self) -> BTreeMap<Vec<u16>, f64> {
-        let mut sums: BTreeMap<Vec<u16>, f64> = BTreeMap::new();
-        for ((_, set), value) in &self.visited {
-            *sums.entry(set.clone()).or_insert(0.0) += (value - self.best).exp();
-        }
-        sums.into_iter().map(|(s, v)| (s, v.ln())).collect()
+    /// For each set visited the sum of p over its kernels, in that of the best.
+    fn marginal(&self) -> Vec<(f64, Rc<[u16]>)> {
+        let sum = |each: &[Valued]| each.iter().map(|valued| (valued.value - self.best).exp()).sum();
+        self.visited.iter().map(|visited| (sum(&visited.each), Rc::clone(&visited.set))).collect()
     }
 
     /// Do two explanations that differ by so much (ln) stand in each other's place? Of what is hardly seen only columns that are alike do.
@@ -1206,13 +1314,30 @@ impl Score {
     }
 
     pub fn posterior(&mut self) -> Posterior {
-        let total: f64 = self.visited.values().map(|v| (v - self.best).exp()).sum();
-        let mut sets: Vec<(f64, Vec<u16>)> = self.marginal().into_iter().map(|(s, v)| (v.exp() / total, s)).collect();
-        sets.sort_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
+        let sums: Vec<f64> = self.marginal().into_iter().map(|(sum, _)| sum).collect();
+        let total: f64 = sums.iter().sum();
+        let of_place = |place: &usize| sums.get(*place).map_or(0.0, |sum| sum / total);
+        let probable = |visited: &[Visited]| -> Vec<(f64, Rc<[u16]>)> {
+            let each = visited.iter().zip(&sums).filter(|(_, sum)| **sum > 0.0);
+            each.map(|(visited, sum)| (sum / total, Rc::clone(&visited.set))).collect()
+        };
+        let mut sets = probable(&self.visited);
+        sets.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
         let mut kernels = vec![0.0; self.kernels.len()];
-        for ((k, _), v) in &self.visited {
-            kernels[*k as usize] += (v - self.best).exp() / total;
+        let mut alone = vec![0.0; self.settings.most + 1];
+        for Visited { set, each } in &self.visited {
+            for valued in each {
+                let p = (valued.value - self.best).exp() / total;
+                kernels[usize::from(valued.kernel)] += p;
+                if valued.kernel == 0
+                    && let Some(share) = alone.get_mut(self.effects(set))
+                {
+                    *share += p;
+                }
+            }
         }
+        let nothing = self.places.get(&[][..]).map_or(f64::NEG_INFINITY, |place| self.visited_with(0, *place));
+        let nothing = (nothing - self.best).exp() / total;
         let mut classes: Vec<Class> = vec![];
         // many that stand in each other's place share what one without them has: not only the best set tells what is probable
         let least = sets.first().map_or(0.0, |(top, _)| top * (-ALIAS).exp());
@@ -1220,37 +1345,36 @@ impl Score {
         let probable = sets.iter().zip(sizes).take_while(|((p, _), _)| *p >= least);
         for (order, ((top, set), sizes)) in probable.enumerate() {
             for (place, size) in sizes.into_iter().enumerate() {
-                let mut less = set.clone();
+                let mut less = set.to_vec();
                 let member = less.remove(place);
                 let mut class = vec![(member, *top)];
                 // what the search passed over has a probability all the same
-                let visited = sets.iter().find(|(_, other)| *other == less).map(|(p, _)| *p);
+                let visited = self.places.get(&less[..]).map(of_place).filter(|p| *p > 0.0);
                 let without = visited.unwrap_or_else(|| (self.of(&less) - self.best).exp() / total);
                 // of two sets one of which is judged at its solution both are compared by the columns here
-                let both = self.overruled.contains(set) == self.overruled.contains(&less);
+                let both = self.overruled.contains(&**set) == self.overruled.contains(&less);
                 let here =
                     if both { None } else { Some(self.of(set) - self.of(&less)).filter(|gain| gain.is_finite()) };
                 let gain = here.unwrap_or_else(|| top.max(1e-300).ln() - without.max(1e-300).ln());
                 // by what the readings say alone
                 let like = |p: f64, j: u16| p.max(1e-300).ln() - self.odds(j, size).ln();
                 let is_plain = gain - self.odds(member, size).ln() >= PLAIN;
-                for (p, other) in sets.iter().filter(|(_, other)| other.len() == set.len()) {
-                    let mut extra = other.iter().filter(|j| !less.contains(j)).copied();
-                    let apart = |j: u16| like(*top, member) - like(*p, j);
-                    if let (Some(j), None) = (extra.next(), extra.next())
-                        && j != member
-                        && self.replaces(apart(j), is_plain, || self.cosine(&less, member, j))
+                // each of the sets that differ from this one in this place
+                let mut other = vec![];
+                for j in (0..self.alike.len() as u16).filter(|j| !set.contains(j)) {
+                    insert(&less, j, &mut other);
+                    let p = self.places.get(&other[..]).map_or(0.0, of_place);
+                    if p > 0.0
+                        && self.replaces(like(*top, member) - like(p, j), is_plain, || self.cosine(&less, member, j))
                     {
-                        class.push((j, *p));
+                        class.push((j, p));
                     }
                 }
+                let mut is_member = vec![false; self.alike.len()];
+                class.iter().for_each(|(j, _)| is_member[usize::from(*j)] = true);
                 let mut nearly: Vec<(u16, f64)> = Vec::new();
-                for (p, other) in &sets {
-                    if *p < *top * 1e-4 || other.iter().any(|j| class.iter().any(|(i, _)| i == j)) {
-                        continue;
-                    }
-                    let known = |j: &&u16| nearly.iter().any(|(i, _)| i == *j);
-                    if other.iter().any(|j| known(&j)) {
+                for (p, other) in sets.iter().take_while(|(p, _)| *p >= *top * 1e-4) {
+                    if other.iter().any(|j| is_member[usize::from(*j)] || nearly.iter().any(|(i, _)| i == j)) {
                         continue;
                     }
                     let extra = other.iter().copied().filter(|j| !set.contains(j));
@@ -1261,7 +1385,7 @@ impl Score {
                     let (j, p) = (*j, *p);
                     let all = self.odds(j, size);
                     let one = move |(i, odds): (usize, f64)| Member { candidate: i, probability: p * odds / all, odds };
-                    self.at_size(j, size).map(one)
+                    self.odds_at(j, size).map(one)
                 };
                 let mut members: Vec<Member> = class.iter().flat_map(each).collect();
                 // of further sets only what is in no class yet; members of the best set are different effects
@@ -1270,39 +1394,32 @@ impl Score {
                 if order > 0 && classes.iter().any(is_known) {
                     continue;
                 }
-                let with = sets.iter().filter(|(_, s)| s.iter().any(|j| class.iter().any(|(c, _)| c == j)));
-                let probability = with.map(|(p, _)| p).sum::<f64>().min(1.0);
+                class.iter().for_each(|(j, _)| is_member[usize::from(*j)] = true);
+                let with = self.visited.iter().zip(&sums);
+                let with = with.filter(|(visited, _)| visited.set.iter().any(|j| is_member[usize::from(*j)]));
+                let probability = (with.map(|(_, sum)| *sum).sum::<f64>() / total).min(1.0);
                 members.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.candidate.cmp(&b.candidate)));
                 classes.push(Class { members, probability });
-            }
-        }
-        let nothing = self.visited.get(&(0, vec![])).map_or(0.0, |v| (v - self.best).exp() / total);
-        let mut alone = vec![0.0; self.settings.most + 1];
-        for ((_, set), v) in self.visited.iter().filter(|((k, _), _)| *k == 0) {
-            if let Some(share) = alone.get_mut(self.effects(set)) {
-                *share += (v - self.best).exp() / total;
             }
         }
         let outside = kernels.iter().skip(1).sum();
         Posterior { sets, classes, nothing, outside, alone }
     }
 
-    /// The evidence of a set at its solution replaces that from columns at another point; minus infinity where it has none.
-    pub fn overrule(&mut self, set: &[u16], value: f64) {
-        let each = self.values(set);
-        let shift = value - ln_sum(&each);
-        let _first = self.overruled.insert(set.to_vec());
-        for kernel in 0..self.kernels.len() {
-            let _replaced = self.visited.remove(&key(kernel, set));
-        }
-        for (kernel, at) in each.into_iter().enumerate() {
-            // for a set that is judged only at its solution no remainder is known here
-            let at = if shift == f64::INFINITY && kernel == 0 { value } else { at + shift };
-            if at.is_finite() {
-                let _first = self.visited.insert((kernel as u16, set.to_vec()), at);
+    /// The evidence of sets at their solutions replaces that from columns at another point; minus infinity where one has none.
+    pub fn overrule(&mut self, judged: impl IntoIterator<Item = (Vec<u16>, f64)>) {
+        for (set, value) in judged {
+            let each = self.values(&set);
+            let shift = value - ln_sum(&each);
+            for (kernel, at) in each.into_iter().enumerate() {
+                // for a set that is judged only at its solution no remainder is known here
+                let at = if shift == f64::INFINITY && kernel == 0 { value } else { at + shift };
+                self.visit(kernel, &set, if at.is_finite() { at } else { f64::NEG_INFINITY }, true);
             }
+            let _first = self.overruled.insert(set);
         }
-        self.best = self.visited.values().fold(f64::NEG_INFINITY, |best, value| best.max(*value));
+        let values = self.visited.iter().flat_map(|visited| &visited.each).map(|valued| valued.value);
+        self.best = values.fold(f64::NEG_INFINITY, f64::max);
     }
 
     /// Places in the bank of the kernels that matter given a set.
@@ -1324,10 +1441,20 @@ impl Score {
     }
 }
 
-fn key(kernel: usize, set: &[u16]) -> (u16, Vec<u16>) {
+/// A set in order with one member more.
+fn insert(set: &[u16], j: u16, with: &mut Vec<u16>) {
+    let place = set.partition_point(|other| *other < j);
+    with.clear();
+    with.extend_from_slice(&set[..place]);
+    with.push(j);
+    with.extend_from_slice(&set[place..]);
+}
+
+/// A kernel, and a set in order.
+fn key(kernel: usize, set: &[u16]) -> (u16, Rc<[u16]>) {
     let mut set = set.to_vec();
     set.sort_unstable();
-    (kernel as u16, set)
+    (kernel as u16, set.into())
 }
 
 fn ln_sum(values: &[f64]) -> f64 {
@@ -1418,7 +1545,7 @@ impl Class {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Posterior {
     /// Sets, whatever the remainder, the most probable first.
-    pub sets: Vec<(f64, Vec<u16>)>,
+    pub sets: Vec<(f64, Rc<[u16]>)>,
     pub classes: Vec<Class>,
     /// No effect and no remainder.
     pub nothing: f64,
@@ -1428,21 +1555,25 @@ pub(crate) struct Posterior {
     pub alone: Vec<f64>,
 }
 
-/// What a set's columns have of a further one, its part along each (both written), and what is left of it and of its product with the readings.
-fn step(
-    state: &State,
-    remainder: &GivenRemainder,
-    j: usize,
-    (g, h): (&mut Vec<f64>, &mut Vec<f64>),
-) -> Option<(f64, f64)> {
+/// The part of a further column along each of a set's (written), and what is left of it and of its product with the readings.
+fn parts(state: &State, remainder: &GivenRemainder, j: usize, h: &mut Vec<f64>) -> (f64, f64) {
     let k = state.set.len();
-    g.clear();
-    g.extend(state.g.iter().map(|col| col[j]));
     h.clear();
-    h.extend(state.inverse.chunks_exact(k.max(1)).map(|row| row.iter().zip(&*g).map(|(a, b)| a * b).sum::<f64>()));
-    let d = remainder.d[j] - g.iter().zip(&*h).map(|(a, b)| a * b).sum::<f64>();
-    let bb = remainder.b[j] - g.iter().zip(&state.beta).map(|(a, b)| a * b).sum::<f64>();
-    (d > 1e-4 * remainder.d[j] && d > 1e-12).then_some((d, bb))
+    let along = |row: &[f64]| row.iter().zip(&state.g).map(|(a, g)| a * g[j]).sum::<f64>();
+    h.extend(state.inverse.chunks_exact(k.max(1)).map(along));
+    let d = remainder.d[j] - state.g.iter().zip(&*h).map(|(g, b)| g[j] * b).sum::<f64>();
+    let bb = remainder.b[j] - state.g.iter().zip(&state.beta).map(|(g, b)| g[j] * b).sum::<f64>();
+    (d, bb)
+}
+
+/// Is enough left of a column for it to be another?
+fn is_left(remainder: &GivenRemainder, j: usize, d: f64) -> bool {
+    d > 1e-4 * remainder.d[j] && d > 1e-12
+}
+
+/// The same where enough is left.
+fn step(state: &State, remainder: &GivenRemainder, j: usize, h: &mut Vec<f64>) -> Option<(f64, f64)> {
+    Some(parts(state, remainder, j, h)).filter(|(d, _)| is_left(remainder, j, *d))
 }
 
 fn extend(state: &mut State, h: &[f64], d: f64, bb: f64, m: u16) {
