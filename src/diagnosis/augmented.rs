@@ -12,7 +12,7 @@ use super::common::{DIFFERENT, NoiseFrom};
 use super::noise::{Finished, Weighted};
 use super::own_noise;
 use super::repair::{beyond_noise, coefficient, repaired};
-use super::score::{ALIAS, Class, Deviations, Kernel, Member, Posterior, Priors, Problem, RANK, Remainder, Score};
+use super::score::{ALIAS, Class, Deviations, Member, Posterior, Priors, Problem, RANK, Remainder, Score};
 use super::screen::{Chosen, Screen};
 use super::{Candidate, Effect, Settings, assumptions, fit_exactly, screen};
 use crate::campaign::{Campaign, Role};
@@ -105,7 +105,6 @@ struct View {
     /// Members of long families that have none.
     without_column: usize,
     score: Score,
-    kernels: Vec<Kernel>,
     /// What its evidences and those of other points differ by.
     unit: f64,
     posterior: Posterior,
@@ -444,7 +443,7 @@ impl<'a> Search<'a> {
         }
         // it is made once sets that were judged are settled
         let posterior = Posterior::default();
-        let mut view = View { design, weighted, candidates, without_column, score, kernels, unit, posterior };
+        let mut view = View { design, weighted, candidates, without_column, score, unit, posterior };
         view.settle(judged);
         Ok(view)
     }
@@ -471,7 +470,7 @@ impl<'a> Search<'a> {
             return Ok((f64::NEG_INFINITY, weighted));
         };
         let columns = weighted.columns(members.iter().map(|c| &c.column));
-        let kernels = bank_of(campaign, &design, &weighted, |place| remainder.0.contains(&place));
+        let kernels = bank_of(campaign, &design, &weighted, |place, _| remainder.0.contains(&place));
         let problem = Problem {
             residual: &weighted.residual,
             basis: weighted.estimate.factor.thin_q(),
@@ -771,12 +770,14 @@ fn outcome(
     let names = names_of(effects.iter().copied());
     let set = columns_of(&view.candidates, &view.score, &names).unwrap_or_default();
     let each = view.score.deviations(&set);
-    let mut deviations = Deviations { each, kernels: std::mem::take(&mut view.kernels) };
+    // made anew: views of long campaigns do not all keep theirs
+    let kernels = bank(search.question.campaign, &view.design, &view.weighted);
+    let mut deviations = Deviations { each, kernels };
     let least =
         repair.as_ref().and_then(|model| indifferent(&effects, &view, model, &deviations, search.question.campaign));
     if let Some((front, _)) = least.and_then(|place| named.get(place)) {
         let zero = [zero, &[front.candidate]].concat();
-        return outcome(search, fitted_names, View { kernels: deviations.kernels, ..view }, point, &zero);
+        return outcome(search, fitted_names, view, point, &zero);
     }
     let state = match (repair.is_some(), suspected.is_empty()) {
         (true, _) => State::Named,

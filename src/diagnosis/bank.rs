@@ -48,15 +48,15 @@ impl<'a> From<&'a Independent> for Rows<'a> {
 }
 
 pub(super) fn bank<'a>(campaign: &Campaign, design: &DesignMatrix, at: impl Into<Rows<'a>>) -> Vec<Kernel> {
-    bank_of(campaign, design, at, |_| true)
+    bank_of(campaign, design, at, |_, _| true)
 }
 
-/// Some kernels of the bank, by their places in it.
+/// Some kernels of the bank, by their places in it and the sensors that deviate alone.
 pub(super) fn bank_of<'a>(
     campaign: &Campaign,
     design: &DesignMatrix,
     at: impl Into<Rows<'a>>,
-    wanted: impl Fn(usize) -> bool,
+    wanted: impl Fn(usize, Option<usize>) -> bool,
 ) -> Vec<Kernel> {
     let at = at.into();
     let n = at.weight.len();
@@ -89,7 +89,7 @@ pub(super) fn bank_of<'a>(
                 continue;
             }
             place += 1;
-            if !wanted(place - 1) {
+            if !wanted(place - 1, *sensor) {
                 continue;
             }
             // whitened, mean diagonal one; rows of priors have none

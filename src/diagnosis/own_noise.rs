@@ -11,7 +11,7 @@
     reason = "rows are those of the design, of which the weighted system and the kernels have as many or more"
 )]
 
-use super::bank::bank;
+use super::bank::bank_of;
 use super::common::NoiseFrom;
 use super::noise::{self, FEWEST_REPLICATES, Finished, Weighted};
 use super::score::{Kernel, Priors, Problem, Score};
@@ -38,7 +38,7 @@ pub(super) fn weigh(
     if weighted.from == NoiseFrom::Stated || weighted.floor.is_some() || read < 2 {
         return Ok(weighted);
     }
-    let kernels = bank(campaign, design, &weighted);
+    let kernels = bank_of(campaign, design, &weighted, |_, sensor| sensor.is_some());
     let mut share = vec![1.0; sensors];
     for (s, of_sensor) in rows.iter().enumerate().filter(|(_, of_sensor)| !of_sensor.is_empty()) {
         share[s] = of_noise(campaign, design, &weighted, (s, of_sensor), effects, &kernels, priors)?;

@@ -805,7 +805,7 @@ impl Score {
     fn visit(&mut self, kernel: usize, set: &[u16], value: f64, is_settled: bool) {
         let place = self.places.get(set).copied().unwrap_or_else(|| {
             let set: Rc<[u16]> = set.into();
-            self.visited.push(Visited { set: Rc::clone(&set), each: vec![] });
+            self.visited.push(Visited { set: Rc::clone(&set), each: Vec::with_capacity(1) });
             let _none = self.places.insert(set, self.visited.len() - 1);
             self.visited.len() - 1
         });

@@ -183,3 +183,29 @@ fn a_long_record_is_averaged() {
     let (value, u) = (found.effects[0].value.unwrap(), found.effects[0].u.unwrap());
     assert!((value - 1.2e-4).abs() < 4.0 * u, "{value} +- {u}");
 }
+
+/// Each probability counts every test that the report says was made, bad readings of a long campaign that have no column among them: `1 - (1 - 2 Q(t))^tests` of
+/// the t beside it, `Q(t)` by the continued fraction of M. Abramowitz, I. A. Stegun 1964, 26.2.14.
+#[test]
+fn every_p_counts_the_tests_that_are_reported() {
+    let (mut schedule, mut truth) = head(true);
+    let readings = (0..504).map(|k| json!({ "beta_deg": 15 * (k % 24), "time_s": 100 * k }));
+    schedule["readings"] = readings.collect();
+    // u of the coefficient is some 3e-6 / sqrt(504 / 8)
+    truth["effects"] = json!([{ "regressor": "abs(a_P)", "value": 4e-6 }]);
+    let found = diagnosed(&simulated(&schedule, &truth, 2));
+    assert_eq!(found.effects.len(), 1, "{:?}", names(&found));
+    let tests = found.candidates.1 as f64;
+    assert!(tests > 504.0, "{tests}");
+    let tail = |t: f64| {
+        let fraction = (1..200).rev().fold(t, |below, k| t + f64::from(k) / below);
+        (-0.5 * t * t).exp() / std::f64::consts::TAU.sqrt() / fraction
+    };
+    let (own, given) = (&found.effects[0], &found.steps[0]);
+    for (t, p) in [(own.t, own.p), (given.t.unwrap(), given.p.unwrap())] {
+        assert!(t.abs() > 3.0);
+        let all = -f64::exp_m1(tests * f64::ln_1p(-2.0 * tail(t.abs())));
+        // the tail has some ten digits
+        assert!((p / all - 1.0).abs() < 1e-8, "t {t}: p {p}, {tests} tests: {all}");
+    }
+}
