@@ -1,7 +1,7 @@
 //! Where simulation and measurement disagree, what is missing from the model, and the gap with it added.
 //!
 //! ```text
-//! gap = (reading - prediction) / u,    r = (1 - Q Q') gap,    evidence of c = ((c' . r) / |c'|)^2,  c' = (1 - Q Q') c
+//! gap = (reading - prediction) / u,    t = b / u(b) of an effect b in the model with all that is named, given the most probable remainder (`score.rs`)
 //! ```
 //!
 //! | file | subject |

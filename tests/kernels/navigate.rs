@@ -52,7 +52,7 @@ fn five_correlated_columns_come_out_of_sixty() {
             priors,
         );
         score.search(&[]);
-        let mut set = score.posterior().sets.swap_remove(0).1;
+        let mut set = score.posterior().sets.swap_remove(0).1.to_vec();
         set.sort_unstable();
         set
     };
