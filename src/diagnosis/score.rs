@@ -949,10 +949,10 @@ impl Score {
         let t_of = |j: usize| {
             let candidate = self.alike[j].iter().map(|i| usize::from(*i)).find(|i| wanted(*i))?;
             let (d, bb) = step(&state, &remainder, j, &mut h)?;
-            let fall = bb * bb / d;
-            Some((candidate, (fall / self.sigma2(state.q - fall, set.len() + 1)).sqrt()))
+            let t = bb / (d * self.sigma2(state.q - bb * bb / d, set.len() + 1)).sqrt();
+            Some((candidate, t * self.cosines(j)[candidate].signum()))
         };
-        further.filter_map(t_of).reduce(|best, next| if next.1 > best.1 { next } else { best })
+        further.filter_map(t_of).reduce(|best, next| if next.1.abs() > best.1.abs() { next } else { best })
     }
 
     /// The size of each member of a set given its most probable remainder.
