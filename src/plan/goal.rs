@@ -42,7 +42,6 @@ pub struct Reached {
 /// Whether a goal was reached.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "GoalReport")]
-#[non_exhaustive]
 pub struct GoalOutcome {
     /// Limit of each parameter and derived quantity that is counted, in its unit (arcsec for angles).
     pub limits: BTreeMap<String, f64>,

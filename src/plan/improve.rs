@@ -312,7 +312,6 @@ fn too_poor(budget: f64, pool: &Pool, enough: Option<f64>) -> Malformed {
 /// What would be lost without one mounting.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "ReasonReport")]
-#[non_exhaustive]
 pub struct Reason {
     /// Label of the mounting.
     pub position: String,
@@ -365,7 +364,6 @@ fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result<Vec<Reason
 /// Angles moved between the candidates.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "RefinedReport")]
-#[non_exhaustive]
 pub struct Refined {
     /// Angles were moved in multiples of this, in degrees.
     pub resolution_deg: f64,

@@ -70,7 +70,6 @@ pub struct BatchReport {
 
 /// A test of every device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ChanceReport {
     /// Devices that could be tested.
     pub tested: usize,
@@ -84,7 +83,6 @@ pub struct ChanceReport {
 
 /// Devices by conformity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConformityCounts {
     /// `simple`, `guard-u` or `risk`.
     pub decision: Decision,
@@ -98,7 +96,6 @@ pub struct ConformityCounts {
 
 /// A quantity over the accepted devices, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct DistributionReport {
     /// Name.
     pub id: String,
@@ -113,7 +110,6 @@ pub struct DistributionReport {
 
 /// A lot or a date.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct LotReport {
     /// Its name.
     pub name: String,

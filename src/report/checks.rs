@@ -18,7 +18,6 @@ use std::sync::Arc;
 
 /// Do the readings agree with the model?
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ChecksReport {
     /// Replicates against what the model leaves; null where nothing is replicated.
     pub lack_of_fit: Option<LackOfFit>,
@@ -49,7 +48,6 @@ impl ChecksReport {
 
 /// Residuals that follow a column.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct FollowsReport {
     /// The sensor.
     pub sensor: String,
@@ -65,7 +63,6 @@ pub struct FollowsReport {
 
 /// Data snooping.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SnoopingReport {
     /// Readings tested.
     pub tested: usize,
@@ -79,7 +76,6 @@ pub struct SnoopingReport {
 
 /// A suspicious reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SuspectReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -99,7 +95,6 @@ pub struct SuspectReport {
 
 /// External reliability of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ExternalReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -109,7 +104,6 @@ pub struct ExternalReport {
 
 /// The robust estimator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct RobustReport {
     /// `huber`, `tukey` or `l1`.
     pub method: RobustMethod,
@@ -310,7 +304,6 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
 
 /// A record whose rows are the readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct RecordReport {
     /// Rows of the record.
     pub rows: u64,
@@ -428,7 +421,6 @@ vocabulary! {
 
 /// The constraints of a campaign and what became of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConstraintsReport {
     /// `met`, `contradictory` (none was applied) or `not-applied` (a rank defect is left, or the solver gave up).
     pub status: ConstraintsStatus,
@@ -454,7 +446,6 @@ pub struct ConstraintsReport {
 
 /// What the equations among the constraints cost together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct EquationsReport {
     /// By how much they raise chi-square (the sum of squares over the estimated variance), a pure number.
     pub cost: f64,
@@ -468,7 +459,6 @@ pub struct EquationsReport {
 
 /// One constraint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConstraintReport {
     /// Number in the file, from 1.
     pub index: usize,
@@ -611,7 +601,6 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
 
 /// Monte Carlo compared with the first order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct MonteCarloReport {
     /// What was drawn.
     #[serde(flatten)]

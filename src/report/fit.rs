@@ -106,7 +106,6 @@ pub struct FitReport {
 
 /// An estimated parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ParameterReport {
     /// Name.
     pub id: String,
@@ -145,7 +144,6 @@ pub struct ParameterReport {
 
 /// A line of a budget.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct BudgetReport {
     /// Where it comes from.
     pub source: String,
@@ -170,7 +168,6 @@ pub struct BudgetReport {
 
 /// An angle in arcseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ArcsecReport {
     /// Estimate, arcsec.
     pub value: Option<f64>,
@@ -183,7 +180,6 @@ pub struct ArcsecReport {
 
 /// A known parameter as the campaign gives it (tilts in radians).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct KnownReport {
     /// Name.
     pub id: String,
@@ -299,7 +295,6 @@ impl FitReport {
 
 /// A derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct DerivedReport {
     /// Name.
     pub id: String,
@@ -337,7 +332,6 @@ pub struct DerivedReport {
 
 /// A combination of parameters that is determined where they alone are not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CombinationValueReport {
     /// Coefficient of each parameter.
     pub combination: BTreeMap<String, f64>,
@@ -365,7 +359,6 @@ pub struct CombinationValueReport {
 
 /// A covariance matrix.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CovarianceReport {
     /// Names of the rows and columns.
     pub order: Vec<String>,
@@ -375,7 +368,6 @@ pub struct CovarianceReport {
 
 /// Sums over the whole fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct FitSummary {
     /// Values read (rows), without priors.
     pub readings: usize,
@@ -424,7 +416,6 @@ pub struct FitSummary {
 
 /// One value that was read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ReadingReport {
     /// Number of the reading in the file, from 1.
     pub index: usize,
@@ -458,7 +449,6 @@ pub struct ReadingReport {
 
 /// The record of Gauss-Newton.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConvergenceReport {
     /// Did it converge?
     pub converged: bool,
