@@ -45,14 +45,16 @@ pub(super) fn fit(
         None if terminal || outputs.to_stdout() => None,
         None => Some(stdout.clone()),
     };
-    if let Some(path) = &target {
-        Format::of(path)?;
-    }
+    let format = target.as_deref().map(Format::of).transpose()?.unwrap_or(Format::Csv);
     let to_stdout = outputs.to_stdout() || target.as_ref() == Some(&stdout);
     let (lot, limited) = (table.lot.as_deref(), !template.limits.is_empty());
     let titles = titles(table.by(), lot, &names, limited);
-    let begin =
-        || target.as_ref().map(|path| Rows::begin(path, outputs.open_held(path)?, titles.clone(), &names)).transpose();
+    let begin = || {
+        target
+            .as_ref()
+            .map(|path| Rows::begin(path, format, outputs.open_held(path)?, titles.clone(), &names))
+            .transpose()
+    };
     let (mut rows, mut summary, mut shown) = (begin()?, Summary::new(names.len()), Vec::<Row>::new());
     let bar = table.bar();
     let mut schedules = Schedules::default();
@@ -280,7 +282,7 @@ pub(super) fn diagnose(
     settings.check()?;
     let mut outputs = Outputs::plan([many.to.as_deref()])?;
     let target = many.to.clone().unwrap_or_else(|| PathBuf::from("-"));
-    Format::of(&target)?;
+    let format = Format::of(&target)?;
     let bar = table.bar();
     let mut found: Vec<Diagnosed> = Vec::new();
     table.read(&mut |passed| {
@@ -308,7 +310,7 @@ pub(super) fn diagnose(
         of_device.into_iter().for_each(|effect| *effects.entry(effect).or_default() += 1);
         cells.push(diagnosed.cells);
     }
-    let mut rows = Rows::begin(&target, outputs.open(&target)?, titles_of_diagnoses(table.by()), &[])?;
+    let mut rows = Rows::begin(&target, format, outputs.open(&target)?, titles_of_diagnoses(table.by()), &[])?;
     rows.write(&cells)?;
     outputs.finish(rows.finish()?);
     outputs.write()?;
