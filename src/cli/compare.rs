@@ -98,7 +98,7 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
     let last = stored.last();
     let limits = |id: &str| last.and_then(|report| report.limits(id));
     let summaries = stored.iter().map(|report| report.summary()).collect();
-    let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
+    let report = report::history_report(summaries, trends(&all, arguments.level, &limits), arguments.level);
     let document = |_| report::history_document(&report, lang);
     arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
 }
