@@ -384,7 +384,10 @@ more-suspicious-readings = { $more } more suspicious readings: see the page or t
 no-values-meet-constraints-together-none-was = constraints { $named } contradict each other: no constraint was applied
 the-constraints-were-not-applied-the-readings = the constraints were not applied: not all parameters are estimable, or the solver did not converge
 constraint-costs-in-chi-square = constraint { $index } ({ $text }) increases chi-square by { $cost }
-rejected-the-readings-contradict-the-bounds-p = REJECTED: the readings contradict the bounds (p = { $p })
+rejected-the-readings-contradict-the-bounds-p = { $bounds ->
+    [yes] REJECTED: the readings contradict the bounds
+   *[no] REJECTED: the readings contradict the equalities
+} (p = { $p })
 no-bound-is-active-the-estimate-is = { $equations ->
     [yes] no bound is active
    *[no] no bound is active: the estimate is the unconstrained one
@@ -396,7 +399,6 @@ equations-cost-in-chi-square = { $n ->
     [yes] { "" } (p = { $p })
    *[no] { "" }
 }
-rejected-the-readings-contradict-the-equations-p = REJECTED: the readings contradict the equalities (p = { $p })
 
 # report/monte_carlo.rs
 the-first-order-does-not-describe-its = first-order propagation is not adequate for { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
@@ -702,6 +704,7 @@ one-reading-in-is-drawn = One reading in { $every } is drawn, and all outliers.
 
 # report/plot/gap.rs
 readings-in-their-order = readings in their order
+readings-near-number = readings near no. { $number }
 noise-standard-deviations = noise, ±2 standard deviations
 
 # report/batch.rs
@@ -710,6 +713,7 @@ devices-tested = tested
 expected-by-chance = expected by chance
 beyond-chance = beyond chance
 chance-alone-finds = A device may have several reasons. Expected by chance: rejections by the test at { $level } if nothing is wrong. Beyond chance: rejections that remain at { $level } for all devices together.
+sd-of-estimates = sd of estimates
 sd-of-devices = sd of devices
 verdict = verdict
 limits = limits
@@ -728,7 +732,7 @@ devices-differ-by-more-than-their-readings = Quantities in which devices differ 
 devices = devices
 p-if-alike = p if alike
 min = min
-accepted-devices-only-sd-between-devices-u = Accepted devices only; mean and sd exclude outliers. sd: standard deviation of the estimates; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
+accepted-devices-only-sd-between-devices-u = Accepted devices only; mean and standard deviation exclude outliers. sd of estimates: standard deviation of the estimates of all devices; u: root mean square of the devices' standard uncertainties; sd of devices: the part of it that the scatter of their readings does not explain; p if alike: probability of such a standard deviation if all devices were alike (F, or chi-square where uncertainties are stated).
 distributions = Distributions
 each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the first and the last bar.
 devices-that-are-not-in-order = Devices with problems
@@ -948,7 +952,7 @@ in-this-order-a-drift-of-one = In this order, a linear drift of one noise standa
 where-the-positions-lie = Where the positions lie
 squares-the-schedules-positions = Squares: the schedule's positions.
 dots-candidates-squares-the-given-schedule-discs = Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position.
-then-at-a-reading-in-its-u = at a reading, in u
+then-at-a-reading-in-its-u = largest effect on a reading / its u
 cannot-be-distinguished-from = cannot be distinguished from
 effects-that-would-show = Detectable effects, one row for each distinguishable direction
 nearly-alike-cosine-beside-the-model-and = Nearly alike: cosine after projection on the model, and the smallest size at which the two can be distinguished.

@@ -2,7 +2,7 @@
 
 use super::wrap::{self, WIDTH};
 use super::{Align, Cell, Content, Detail, Document, MarkedLine, Section, Tone, markdown};
-use crate::language::{Language, say};
+use crate::language::{Language, bare, say};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// A document as the program prints it: what appears at this detail. Of rows that are left out it says which option shows them.
@@ -164,11 +164,6 @@ fn mark(tone: Tone) -> &'static str {
         Tone::Bad | Tone::Caution => " !",
         Tone::Plain | Tone::Good => "",
     }
-}
-
-/// A text without the backticks that set its names in code type.
-fn bare(text: &str) -> String {
-    if text.matches('`').count().is_multiple_of(2) { text.replace('`', "") } else { text.to_string() }
 }
 
 /// Spaces between two columns, and where the table would be too wide.

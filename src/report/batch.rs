@@ -12,7 +12,7 @@ use crate::document::number::{level, rounded, significant};
 use crate::document::terminal::plain;
 use crate::document::{Cell, Detail, Document, Figure, Rows, Section, Tone};
 use crate::fit;
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -288,7 +288,7 @@ pub fn batch_document(
 ) -> Document {
     let devices = lang.count(report.devices.all, "device");
     begin(say!(lang, "grouped-by", what = devices, by = report.by), &report.inputs, lang)
-        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(say!(lang, "bench"), code(&report.bench))
         .fact(say!(lang, "estimator"), lang.term(&report.estimator.to_string()))
         .facts(model_facts(&report.model, lang))
         .facts(fitted.map(|(campaign, _)| campaign.identity.facts(lang)).unwrap_or_default())
@@ -355,7 +355,7 @@ fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, la
         .right(say!(lang, "devices"), |q| q.of.devices)
         .at(Detail::Roomy)
         .decimal(say!(lang, "mean"), |q| Cell::Value(q.of.mean, q.of.sd))
-        .decimal("sd", |q| Cell::digits(q.of.sd, 3))
+        .decimal(say!(lang, "sd-of-estimates"), |q| Cell::digits(q.of.sd, 3))
         .decimal("u", |q| Cell::digits(q.of.u, 3))
         .decimal(say!(lang, "sd-of-devices"), |q| Cell::digits(between(q, |s| s.sd_of_devices), 3))
         .right(say!(lang, "p-if-alike"), |q| Cell::p(between(q, |s| s.p)))

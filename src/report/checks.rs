@@ -337,7 +337,7 @@ pub(super) fn record(fit: &Fit) -> Option<RecordReport> {
 
 /// What the residuals of a record say, in sentences.
 fn record_verdict(fit: &Fit) -> Vec<Sentence> {
-    let Some(record) = record(fit) else { return Vec::new() };
+    let Some(record) = &fit.streamed else { return Vec::new() };
     let level = 1.0 - fit.settings.level;
     let short = |x: f64| significant(x, 3);
     let mut found = Vec::new();
@@ -349,7 +349,7 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
             .filter(|test| test.p * all < level)
             .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()));
         let rejected: Vec<&BinnedResiduals> =
-            record.inputs.iter().filter(|input| input.rejected && input.sensor == sensor.sensor).collect();
+            record.bins.iter().filter(|input| input.rejected && input.sensor == sensor.sensor).collect();
         let is_correlated = worst.is_some_and(|test| test.ratio > 1.0);
         for input in rejected.iter().filter(|_| !is_correlated) {
             found.push(sentence!(
@@ -546,11 +546,13 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
             if none_active {
                 clauses.push(sentence!("no-bound-is-active-the-estimate-is", equations = equations.is_some()));
             }
-            let contradicted = fit.bounds_p().filter(|_| fit.bounds_are_rejected() == Some(true));
-            clauses
-                .extend(contradicted.map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", p = short(p))));
-            let untrue = fit.equations_p().filter(|_| fit.equations_are_rejected() == Some(true));
-            clauses.extend(untrue.map(|p| sentence!("rejected-the-readings-contradict-the-equations-p", p = short(p))));
+            for (bounds, p, rejected) in [
+                (true, fit.bounds_p(), fit.bounds_are_rejected()),
+                (false, fit.equations_p(), fit.equations_are_rejected()),
+            ] {
+                let p = p.filter(|_| rejected == Some(true)).map(short);
+                clauses.extend(p.map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", bounds, p)));
+            }
             Sentence::clauses(clauses)
         }
     };

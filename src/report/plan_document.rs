@@ -11,7 +11,7 @@ use crate::document::chart::{Chart, Spot};
 use crate::document::number::significant;
 use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
 use crate::elements::Parts;
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use crate::number;
 use crate::plan::{GoalOutcome, Lacking, PointSource, ThroughTilts, Work};
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ pub fn plan_document(
     let nothing = report.improved.as_ref().and_then(|improved| not_told_apart(improved, lang));
     let improved = report.improved.as_ref().filter(|_| nothing.is_none());
     let mut document = begin(say!(lang, "plan-of", title), &[], lang)
-        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(say!(lang, "bench"), code(&report.bench))
         .fact(say!(lang, "judged-at-2"), judged_at(&report.judged_at, lang))
         .section(Section::new(say!(lang, "result")).verdicts(nothing.map(|nothing| (Tone::Bad, nothing))));
     if let Some(improved) = improved {
@@ -81,7 +81,7 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
         (tone, say!(lang, "goal-reached", reached = goal.reached, share, proof))
     });
     let impossible = goal.into_iter().flat_map(|goal| &goal.impossible).map(|id| {
-        let text = say!(lang, "cannot-be-determined-by-any-choice", text = format!("`{id}`"));
+        let text = say!(lang, "cannot-be-determined-by-any-choice", text = code(id));
         (Tone::Bad, lang.sentence(&text))
     });
     let proven = improved.efficiency.zip(proof(improved, lang)).map(|(efficiency, proof)| {
@@ -154,7 +154,7 @@ fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere
         None => nowhere.to_string(),
     };
     let clauses = |d: &NotEstimableReport| {
-        let clauses = [Some(what(format!("`{}`", d.text))), d.instead(lang), Some(separated(d))];
+        let clauses = [Some(what(code(&d.text))), d.instead(lang), Some(separated(d))];
         lang.sentence(&clauses.into_iter().flatten().collect::<Vec<_>>().join(lang.semicolon()))
     };
     list.iter().map(clauses).collect()
