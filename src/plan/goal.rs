@@ -6,7 +6,7 @@ use super::blocks::Blocks;
 use super::bound::bound;
 use super::criterion::{gradients_of, no_result};
 use super::effort::Offer;
-use super::improve::Improvement;
+use super::improve::{Improvement, SearchRecord};
 use super::judge::{Judgement, is_angle};
 use super::objective::Objective;
 use super::pool::Pool;
@@ -122,7 +122,8 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         impossible,
     };
     let Outcome { hits, starts, .. } = outcome;
-    Ok(Reached { improvement: Improvement { refined, hits, starts, ..made }, goal })
+    let search = SearchRecord { refined, hits, starts, ..SearchRecord::default() };
+    Ok(Reached { improvement: Improvement { search, ..made }, goal })
 }
 
 fn largest_share(judgement: &Judgement, goals: &[Goal]) -> Option<f64> {
