@@ -370,8 +370,10 @@ residuals-follow-a-column = { $sensor } 的残差随 { $column } 变化：按其
 residuals-are-not-normal-shapiro-francia-w = 残差不服从正态分布（Shapiro-Francia W' = { $w }，p = { $p }）
 lack-of-fit-over-an-input = 失拟：把 { $input } 的范围八等分，各段的阶跃对 { $sensor } 的解释超过噪声（χ² = { $chi_square }，自由度 { $dof }，p = { $p }）
 lack-of-fit-or-correlation = { $sensor } 在 { $inputs } 上的失拟与该相关无法区分：请先说明噪声的时间相关
-means-of-rows-scatter-too-much = { $sensor } 的残差不独立：{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }），u 约偏小同样倍数；请在 "scatter" 中说明噪声的时间相关（"over" 时间列）
-means-of-rows-scatter-too-little = { $sensor } 的残差中，{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }）：相邻残差相互抵消，或所给不确定度过大
+means-of-rows-scatter = { $much ->
+    [yes] { $sensor } 的残差不独立：{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }），u 约偏小同样倍数；请在 "scatter" 中说明噪声的时间相关（"over" 时间列）
+   *[no] { $sensor } 的残差中，{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }）：相邻残差相互抵消，或所给不确定度过大
+}
 residuals-are-correlated = { $sensor } 的残差相关：相隔 { $rows } 行时为 { $correlation }（对全部间隔 p = { $p }）
 row-is-far-from-the-model = 可疑：{ $sensor } 的第 { $row } 行偏离模型 { $residual }（w = { $w }，对全部行 p = { $p }）
 suspicious-reading-of-is-off-what-the = 可疑：{ $sensor } 的第 { $index } 个读数偏离其余读数所示值 { $shift }（w = { $w }，对全部 { $tested } 个读数 p = { $p }）
@@ -666,7 +668,7 @@ devices-tested = 已检验
 expected-by-chance = 偶然预期
 beyond-chance = 超出偶然
 chance-alone-finds = 一个被测件可有多个原因。偶然预期：并无异常时该检验在 { $level } 水平上检出的被测件数。超出偶然：就全部被测件而言在 { $level } 水平上检出的被测件数。
-sd-of-estimates = 估计值的标准差
+observed-sd = 估计值的标准差
 sd-of-devices = 被测件间标准差
 verdict = 结论
 limits = 限值
@@ -876,7 +878,7 @@ in-this-order-a-drift-of-one = 按此顺序，全程线性漂移一倍噪声标�
 where-the-positions-lie = 位置分布
 squares-the-schedules-positions = 方块：试验编排的各位置。
 dots-candidates-squares-the-given-schedule-discs = 小点：候选位置。方块：原试验编排。带数字的圆：更优的试验编排及其在各位置的读数。
-then-at-a-reading-in-its-u = 对单个读数的最大影响 / 其 u
+then-at-a-reading-in-its-u = 读数的变化，以其 u 计
 cannot-be-distinguished-from = 无法区分的项
 effects-that-would-show = 可以发现的误差项，每个方向一行
 nearly-alike-cosine-beside-the-model-and = 近似相同者：列出扣除模型后的方向余弦，以及前者不致被误认为后者的最小值。

@@ -131,7 +131,9 @@ fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> St
         (shown.iter().filter_map(|k| table.columns.get(*k)).collect(), rows)
     };
     let (mut columns, mut rows) = texts(detail.max(Detail::Roomy));
-    if natural_width(&columns, &rows) > WIDTH {
+    let widest = |(k, column): (usize, &&super::Column)| Column::of(k, &bare(&column.title), &rows, false).widest;
+    let natural = columns.iter().enumerate().map(widest).sum::<usize>();
+    if natural + columns.len().saturating_sub(1) > WIDTH {
         (columns, rows) = texts(detail);
     }
     let titles: Vec<String> = columns.iter().map(|column| bare(&column.title)).collect();
@@ -148,14 +150,6 @@ fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> St
         text.push_str(&line(&table.note));
     }
     text
-}
-
-fn natural_width(columns: &[&super::Column], rows: &[Vec<String>]) -> usize {
-    let widest = |(k, column): (usize, &&super::Column)| {
-        let cells = rows.iter().filter_map(move |row| row.get(k)).map(|cell| wrap::columns(cell));
-        cells.max().unwrap_or(0).max(wrap::columns(&bare(&column.title)))
-    };
-    columns.iter().enumerate().map(widest).sum::<usize>() + columns.len().saturating_sub(1)
 }
 
 /// What marks a row that is not in order.

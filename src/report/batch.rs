@@ -355,7 +355,7 @@ fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, la
         .right(say!(lang, "devices"), |q| q.of.devices)
         .at(Detail::Roomy)
         .decimal(say!(lang, "mean"), |q| Cell::Value(q.of.mean, q.of.sd))
-        .decimal(say!(lang, "sd-of-estimates"), |q| Cell::digits(q.of.sd, 3))
+        .decimal(say!(lang, "observed-sd"), |q| Cell::digits(q.of.sd, 3))
         .decimal("u", |q| Cell::digits(q.of.u, 3))
         .decimal(say!(lang, "sd-of-devices"), |q| Cell::digits(between(q, |s| s.sd_of_devices), 3))
         .right(say!(lang, "p-if-alike"), |q| Cell::p(between(q, |s| s.p)))

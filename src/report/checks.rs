@@ -364,10 +364,7 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
         let id = &sensor.sensor;
         if let Some(test) = worst {
             let (rows, ratio, p) = (test.rows.to_string(), short(test.ratio.sqrt()), short(test.p));
-            found.push(match is_correlated {
-                true => sentence!("means-of-rows-scatter-too-much", sensor = id, rows, ratio, p),
-                false => sentence!("means-of-rows-scatter-too-little", sensor = id, rows, ratio, p),
-            });
+            found.push(sentence!("means-of-rows-scatter", much = is_correlated, sensor = id, rows, ratio, p));
         } else if let Some(p) = sensor.lags_p.filter(|p| *p < level) {
             let lag = sensor.lags.iter().max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
             let (correlation, rows) = lag.map(|l| (short(l.correlation), l.rows.to_string())).unwrap_or_default();
