@@ -28,7 +28,7 @@ pub(super) fn fit(
     question: &DeviceCampaign,
     many: &Many,
     settings: &Settings,
-    (json, reports): (Option<&Path>, Option<&Path>),
+    reports: Option<&Path>,
     pages: &Pages,
     lang: Language,
 ) -> Result<Outcome> {
@@ -36,7 +36,7 @@ pub(super) fn fit(
     let template = &table.template;
     fit::check_level(settings.level)?;
     let names = report::batch_quantities(template);
-    let mut outputs = pages.outputs([many.to.as_deref(), json])?;
+    let mut outputs = pages.outputs([many.to.as_deref()])?;
     let terminal = std::io::stdout().is_terminal();
     let stdout = PathBuf::from("-");
     // rows go to the file, else to stdout unless a person sits there or a report goes there
@@ -86,7 +86,7 @@ pub(super) fn fit(
             .at_path("readings"));
     }
     let mut found = report::batch_report(template, settings, table.by(), &summary);
-    if json.is_some() || pages.is_asked_for() {
+    if pages.json().is_some() || pages.is_asked_for() {
         found.inputs = table.inputs()?;
     }
     let devices = match reports {
@@ -105,7 +105,7 @@ pub(super) fn fit(
             lang,
         ))?);
     }
-    if let Some(path) = json {
+    if let Some(path) = pages.json() {
         outputs.json(path, &found)?;
     }
     if let Some(rows) = rows {

@@ -26,9 +26,6 @@ use std::path::{Path, PathBuf};
 pub(super) struct Arguments {
     /// The mission file (JSON).
     mission: PathBuf,
-    /// Write the report as JSON to a file, or to stdout with '-'.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write the errors in time as CSV.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -64,9 +61,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         None => None,
     };
     let scenarios = study::scenarios(&mission.errors, file.scenarios);
-    let [json, csv] = [&arguments.json, &arguments.csv].map(Option::as_deref);
-    let [parquet, measured] = [&arguments.parquet, &arguments.measured].map(Option::as_deref);
-    let mut outputs = arguments.pages.outputs([json, csv, parquet, measured])?;
+    let [csv, parquet, measured] = [&arguments.csv, &arguments.parquet, &arguments.measured].map(Option::as_deref);
+    let mut outputs = arguments.pages.outputs([csv, parquet, measured])?;
     let mut series = Vec::new();
     for (path, format) in [(csv, Format::Csv), (parquet, Format::Parquet)] {
         let Some(path) = path else { continue };
@@ -99,7 +95,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         outputs.add(path, wire::write_measured(&instruments.measured, &mission));
     }
     let document = |_| report::navigate_document(&report, Some((&mission, &flown)), lang);
-    arguments.pages.finish(outputs, json, &report, document)
+    arguments.pages.finish(outputs, &report, document)
 }
 
 fn carried(mission: &Mission, covariance: &SourceCovariance, draws: usize) -> Vec<study::PropagatedCalibration> {
