@@ -633,14 +633,16 @@ with-a-standard-deviation-of = { $follows }, with a standard deviation of { $sd 
 probability-of-it-or-an-alias = { $p } that it or an alias is present, { $named } as named
 fit-takes-the-effect-as-named = fit of this campaign assumes the effect as named ({ $named }); if it were one of its aliases, the estimates would change, most of all { $id } by { $by } { $unit } (u = { $u } as named); u_after of the diagnosis includes this
 constraint-state = constraint { $index }, { $text }: { $state }
-holdout-after = , { $after } with the effects found
-holdout-skipped = { $n ->
-    [one] ; { $n } cannot be left out, because it alone determines a parameter
-   *[other] ; { $n } cannot be left out, because each alone determines a parameter
-}
 holdout = { $n ->
-    [one] leave-one-out check: { $n } position was predicted from a fit of the others; difference from the prediction: { $before } standard uncertainties (1 is expected){ $after }{ $skipped }
-   *[other] leave-one-out check: each of { $n } positions was predicted from a fit of the others; rms difference from the predictions: { $before } standard uncertainties (1 is expected){ $after }{ $skipped }
+    [one] leave-one-out check: { $n } position was predicted from a fit of the others; difference from the prediction: { $before } standard uncertainties (1 is expected)
+   *[other] leave-one-out check: each of { $n } positions was predicted from a fit of the others; rms difference from the predictions: { $before } standard uncertainties (1 is expected)
+}{ $found ->
+    [yes] , { $after } with the effects found
+   *[no] { "" }
+}{ $skipped ->
+    [0] { "" }
+    [one] ; { $skipped } cannot be left out, because it alone determines a parameter
+   *[other] ; { $skipped } cannot be left out, because each alone determines a parameter
 }
 further-sensors-are-not-drawn = { $n ->
     [one] { $n } further sensor is not drawn.

@@ -607,9 +607,13 @@ with-a-standard-deviation-of = { $follows }，标准差为 { $sd } { $unit }
 probability-of-it-or-an-alias = { $p }（该项或其混淆项存在），{ $named }（即为所命名的项）
 fit-takes-the-effect-as-named = 对该测试文件的拟合按所命名的误差项进行（{ $named }）；若实际为其某一混淆项，估计值将随之移动，其中 { $id } 最大，为 { $by } { $unit }（按所命名的项 u = { $u }）；诊断报告的 u_after 已计入此项
 constraint-state = 约束 { $index }，{ $text }：{ $state }
-holdout-after = ，计入所发现的误差项后为 { $after } 倍
-holdout-skipped = ；{ $n } 个位置不能留出，因其单独确定某个参数
-holdout = 逐一留出并由其余位置预测，{ $n } 个位置的预测误差为其标准不确定度的 { $before } 倍（方均根，期望为 1）{ $after }{ $skipped }
+holdout = 逐一留出并由其余位置预测，{ $n } 个位置的预测误差为其标准不确定度的 { $before } 倍（方均根，期望为 1）{ $found ->
+    [yes] ，计入所发现的误差项后为 { $after } 倍
+   *[no] { "" }
+}{ $skipped ->
+    [0] { "" }
+   *[other] ；{ $skipped } 个位置不能留出，因其单独确定某个参数
+}
 further-sensors-are-not-drawn = 另有 { $n } 个传感器未画出。
 setting = 设置
 rows-of = { $motion } { $n } 行

@@ -695,13 +695,9 @@ fn constraint(constraint: &AssertedReport, lang: Language) -> String {
 /// The holdout in one sentence; empty where there is none.
 fn holdout(report: &DiagnoseReport, lang: Language) -> String {
     let Some(holdout) = &report.holdout else { return String::new() };
-    let after = holdout.after.map(|after| format!("{after:.2}"));
-    let after = after.map_or(String::new(), |after| say!(lang, "holdout-after", after));
-    let skipped = match holdout.skipped {
-        0 => String::new(),
-        n => say!(lang, "holdout-skipped", n),
-    };
-    say!(lang, "holdout", n = holdout.positions, before = format!("{:.2}", holdout.before), after, skipped)
+    let two = |x: f64| format!("{x:.2}");
+    let (found, after) = (holdout.after.is_some(), holdout.after.map_or(String::new(), two));
+    say!(lang, "holdout", n = holdout.positions, before = two(holdout.before), found, after, skipped = holdout.skipped)
 }
 
 /// Most sensors in one picture.
