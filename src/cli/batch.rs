@@ -10,7 +10,7 @@ use super::rows::{Cell, Format, Kind, Rows, Shortest, Titles};
 use crate::batch::{self, Device, Fleet, Row, Schedules, Summary, Verdict};
 use crate::campaign::Campaign;
 use crate::diagnosis::{self, Diagnosis, Finding};
-use crate::document::{html, terminal};
+use crate::document::{self, html};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Settings};
 use crate::language::{Language, say};
@@ -321,14 +321,11 @@ pub(super) fn diagnose(
     let devices = say!(lang, "grouped-by", what = devices, by = table.by());
     let mut text = format!("{devices}{}{}\n", lang.colon(), said.join(lang.comma()));
     if !counts.is_empty() {
-        let cells: Vec<Vec<String>> = counts
-            .iter()
-            .map(|((regressor, name), n)| vec![n.to_string(), regressor.clone(), lang.name(name).into_owned()])
-            .collect();
-        text += &format!(
-            "\n{}",
-            terminal::plain(&[say!(lang, "devices"), say!(lang, "effect"), say!(lang, "meaning")], &cells)
-        );
+        let table = document::Rows::of(&counts)
+            .right(say!(lang, "devices"), |(_, n)| *n)
+            .name(say!(lang, "effect"), |((regressor, _), _)| regressor)
+            .left(say!(lang, "meaning"), |((_, name), _)| lang.name(name));
+        text += &format!("\n{}", document::terminal::alone(table, lang));
     }
     match &many.to {
         Some(_) => super::print(&text)?,

@@ -114,6 +114,11 @@ fn facts(list: &[(String, String)], lang: Language) -> String {
     list.iter().map(fact).collect()
 }
 
+/// A table by itself.
+pub(crate) fn alone(rows: impl Into<super::Table>, lang: Language) -> String {
+    table(&rows.into(), Shown { detail: Detail::Brief, lang, has_options: true })
+}
+
 fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> String {
     let most = table.brief_rows.filter(|_| detail < Detail::Full).unwrap_or(usize::MAX);
     let texts = |detail: Detail| -> (Vec<&super::Column>, Vec<Vec<String>>) {
@@ -163,15 +168,8 @@ fn mark(tone: Tone) -> &'static str {
 /// Spaces between two columns, and where the table would be too wide.
 const GAPS: [usize; 2] = [2, 1];
 
-/// A table without frame: a header, a rule, rows; columns of numbers to the right. A table wider than the line stands closer,
-/// breaks its columns of text at spaces and, where that does not suffice, continues below, beside the columns that name its rows.
-pub(crate) fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
-    let cells = |k: usize| rows.iter().filter_map(move |row| row.get(k)).map(String::as_str);
-    let right: Vec<bool> = (0..header.len()).map(|k| !rows.is_empty() && cells(k).all(looks_numeric)).collect();
-    set(header, rows, &right)
-}
-
-/// The same with columns to the right as told.
+/// A table without frame: a header, a rule, rows. A table wider than the line stands closer, breaks its columns of text at spaces and, where that does not
+/// suffice, continues below, beside the columns that name its rows.
 fn set(header: &[&str], rows: &[Vec<String>], right: &[bool]) -> String {
     let right = |k: usize| right.get(k).copied().unwrap_or_default();
     let columns: Vec<Column> =
@@ -292,11 +290,4 @@ fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows
         }
     }
     text
-}
-
-fn looks_numeric(cell: &str) -> bool {
-    cell.is_empty()
-        || cell == "-"
-        || cell == "inf"
-        || cell.trim_start_matches('<').trim_end_matches(" %").parse::<f64>().is_ok()
 }

@@ -9,7 +9,7 @@ use crate::batch::{
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::document::chart::{Chart, Control, Distribution};
 use crate::document::number::{level, rounded, significant};
-use crate::document::terminal::plain;
+use crate::document::terminal::alone;
 use crate::document::{Cell, Detail, Document, Figure, Rows, Section, Tone};
 use crate::fit;
 use crate::language::{Language, code, say};
@@ -242,37 +242,26 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
     }
 }
 
+/// Letters of a reason that a table has: the file of rows has all.
+const LETTERS: usize = 60;
+
 /// Rows as a table for a terminal.
 pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row], lang: Language) -> String {
-    let names = batch_quantities(campaign);
-    let mut header: Vec<&str> = vec![by, say!(lang, "verdict")];
-    let limited = !campaign.limits.is_empty();
-    if limited {
-        header.push(say!(lang, "limits"));
+    let mut table =
+        Rows::of(rows).name(by, |row| &row.label).left(say!(lang, "verdict"), |row| lang.term(row.verdict.name()));
+    if !campaign.limits.is_empty() {
+        table = table.left(say!(lang, "limits"), |row| row.conformity.map(|outcome| lang.term(outcome.name())));
     }
-    header.extend(names.iter().map(|(id, _)| id.as_str()));
-    header.push(say!(lang, "reason"));
-    let cells: Vec<Vec<String>> = rows
-        .iter()
-        .map(|row| {
-            let mut cells = vec![row.label.clone(), lang.term(row.verdict.name())];
-            if limited {
-                cells.push(row.conformity.map_or("-".into(), |outcome| lang.term(outcome.name())));
-            }
-            cells.extend(row.value.iter().zip(&row.u).map(|(x, u)| match x.is_nan() {
-                true => "-".into(),
-                false => rounded(*x, Some(*u).filter(|u| u.is_finite())),
-            }));
-            let reason = lang.name(&row.why);
-            let mut why: String = reason.chars().take(60).collect();
-            if reason.chars().count() > 60 {
-                why += "...";
-            }
-            cells.push(why);
-            cells
-        })
-        .collect();
-    plain(&header, &cells)
+    for (k, (id, _)) in batch_quantities(campaign).iter().enumerate() {
+        let finite = |list: &[f64]| list.get(k).copied().filter(|x| x.is_finite());
+        table = table.right(id, |row| Cell::value(finite(&row.value), finite(&row.u)));
+    }
+    let reason = |row: &Row| {
+        let why = lang.name(&row.why);
+        let short: String = why.chars().take(LETTERS).collect();
+        if short.len() < why.len() { short + "..." } else { short }
+    };
+    alone(table.left(say!(lang, "reason"), reason), lang)
 }
 
 /// Quantities whose charts are drawn.
