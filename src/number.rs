@@ -109,3 +109,8 @@ pub(crate) fn shuffle<T>(list: &mut [T], rng: &mut rand_pcg::Pcg64Mcg) {
 pub(crate) fn as_stated(value: f64) -> f64 {
     format!("{value:.14e}").parse().unwrap_or(value)
 }
+
+/// A number that is null in JSON where it is infinite.
+pub(crate) fn or_infinite<'de, D: serde::Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(<Option<f64> as serde::Deserialize>::deserialize(from)?.unwrap_or(f64::INFINITY))
+}

@@ -373,8 +373,10 @@ residuals-follow-a-column = residuals of { $sensor } depend on { $column }: sort
 residuals-are-not-normal-shapiro-francia-w = residuals are not normal (Shapiro-Francia W' = { $w }, p = { $p })
 lack-of-fit-over-an-input = LACK OF FIT over { $input }: in eighths of its range the mean residuals of { $sensor } differ from zero by more than noise explains (chi-square { $chi_square } with { $dof } degrees of freedom, p = { $p })
 lack-of-fit-or-correlation = a lack of fit of { $sensor } over { $inputs } cannot be distinguished from correlated noise: state the correlation of the noise first
-means-of-rows-scatter-too-much = residuals of { $sensor } are NOT INDEPENDENT: the standard deviation of means of { $rows } rows is { $ratio } times that of independent rows (p = { $p }), so u is too small by about this factor; describe the correlation of the noise in "scatter" ("over" a column of times)
-means-of-rows-scatter-too-little = the standard deviation of means of { $rows } residuals of { $sensor } is { $ratio } times that of independent rows (p = { $p }): neighbouring residuals are negatively correlated, or the stated uncertainties are too large
+means-of-rows-scatter = { $much ->
+    [yes] residuals of { $sensor } are NOT INDEPENDENT: the standard deviation of means of { $rows } rows is { $ratio } times that of independent rows (p = { $p }), so u is too small by about this factor; describe the correlation of the noise in "scatter" ("over" a column of times)
+   *[no] the standard deviation of means of { $rows } residuals of { $sensor } is { $ratio } times that of independent rows (p = { $p }): neighbouring residuals are negatively correlated, or the stated uncertainties are too large
+}
 residuals-are-correlated = residuals of { $sensor } are correlated: { $correlation } at { $rows } rows (p = { $p } for all lags)
 row-is-far-from-the-model = SUSPICIOUS: row { $row } of { $sensor } differs from the model by { $residual } (w = { $w }; p = { $p }, corrected for the number of rows)
 suspicious-reading-of-is-off-what-the = SUSPICIOUS: reading { $index } of { $sensor } differs by { $shift } from its prediction from the other readings (w = { $w }; p = { $p }, corrected for { $tested } readings)
@@ -384,7 +386,10 @@ more-suspicious-readings = { $more } more suspicious readings: see the page or t
 no-values-meet-constraints-together-none-was = constraints { $named } contradict each other: no constraint was applied
 the-constraints-were-not-applied-the-readings = the constraints were not applied: not all parameters are estimable, or the solver did not converge
 constraint-costs-in-chi-square = constraint { $index } ({ $text }) increases chi-square by { $cost }
-rejected-the-readings-contradict-the-bounds-p = REJECTED: the readings contradict the bounds (p = { $p })
+rejected-the-readings-contradict-the-bounds-p = { $bounds ->
+    [yes] REJECTED: the readings contradict the bounds
+   *[no] REJECTED: the readings contradict the equalities
+} (p = { $p })
 no-bound-is-active-the-estimate-is = { $equations ->
     [yes] no bound is active
    *[no] no bound is active: the estimate is the unconstrained one
@@ -396,7 +401,6 @@ equations-cost-in-chi-square = { $n ->
     [yes] { "" } (p = { $p })
    *[no] { "" }
 }
-rejected-the-readings-contradict-the-equations-p = REJECTED: the readings contradict the equalities (p = { $p })
 
 # report/monte_carlo.rs
 the-first-order-does-not-describe-its = first-order propagation is not adequate for { $id }: the limits of its { $level } % interval differ by up to { $sd } u; use the Monte Carlo interval
@@ -629,14 +633,16 @@ with-a-standard-deviation-of = { $follows }, with a standard deviation of { $sd 
 probability-of-it-or-an-alias = { $p } that it or an alias is present, { $named } as named
 fit-takes-the-effect-as-named = fit of this campaign assumes the effect as named ({ $named }); if it were one of its aliases, the estimates would change, most of all { $id } by { $by } { $unit } (u = { $u } as named); u_after of the diagnosis includes this
 constraint-state = constraint { $index }, { $text }: { $state }
-holdout-after = , { $after } with the effects found
-holdout-skipped = { $n ->
-    [one] ; { $n } cannot be left out, because it alone determines a parameter
-   *[other] ; { $n } cannot be left out, because each alone determines a parameter
-}
 holdout = { $n ->
-    [one] leave-one-out check: { $n } position was predicted from a fit of the others; difference from the prediction: { $before } standard uncertainties (1 is expected){ $after }{ $skipped }
-   *[other] leave-one-out check: each of { $n } positions was predicted from a fit of the others; rms difference from the predictions: { $before } standard uncertainties (1 is expected){ $after }{ $skipped }
+    [one] leave-one-out check: { $n } position was predicted from a fit of the others; difference from the prediction: { $before } standard uncertainties (1 is expected)
+   *[other] leave-one-out check: each of { $n } positions was predicted from a fit of the others; rms difference from the predictions: { $before } standard uncertainties (1 is expected)
+}{ $found ->
+    [yes] , { $after } with the effects found
+   *[no] { "" }
+}{ $skipped ->
+    [0] { "" }
+    [one] ; { $skipped } cannot be left out, because it alone determines a parameter
+   *[other] ; { $skipped } cannot be left out, because each alone determines a parameter
 }
 further-sensors-are-not-drawn = { $n ->
     [one] { $n } further sensor is not drawn.
@@ -702,6 +708,7 @@ one-reading-in-is-drawn = One reading in { $every } is drawn, and all outliers.
 
 # report/plot/gap.rs
 readings-in-their-order = readings in their order
+readings-near-number = readings near no. { $number }
 noise-standard-deviations = noise, ±2 standard deviations
 
 # report/batch.rs
@@ -710,6 +717,7 @@ devices-tested = tested
 expected-by-chance = expected by chance
 beyond-chance = beyond chance
 chance-alone-finds = A device may have several reasons. Expected by chance: rejections by the test at { $level } if nothing is wrong. Beyond chance: rejections that remain at { $level } for all devices together.
+observed-sd = observed sd
 sd-of-devices = sd of devices
 verdict = verdict
 limits = limits
@@ -728,7 +736,7 @@ devices-differ-by-more-than-their-readings = Quantities in which devices differ 
 devices = devices
 p-if-alike = p if alike
 min = min
-accepted-devices-only-sd-between-devices-u = Accepted devices only; mean and sd exclude outliers. sd: standard deviation of the estimates; u: root mean square of the devices' standard uncertainties; sd of devices: the part of sd that the scatter of their readings does not explain; p if alike: probability of such an sd if all devices were alike (F, or chi-square where uncertainties are stated).
+accepted-devices-only-sd-between-devices-u = Accepted devices only; mean and standard deviation exclude outliers. observed sd: standard deviation of the estimates of all devices; u: root mean square of the devices' standard uncertainties; sd of devices: the part of it that the scatter of their readings does not explain; p if alike: probability of such a standard deviation if all devices were alike (F, or chi-square where uncertainties are stated).
 distributions = Distributions
 each-histogram-shows-the-accepted-devices-the = Each histogram shows the accepted devices; the curve is expected from the scatter of the readings alone; dashed lines are limits. Outlying values are counted in the first and the last bar.
 devices-that-are-not-in-order = Devices with problems
@@ -948,7 +956,7 @@ in-this-order-a-drift-of-one = In this order, a linear drift of one noise standa
 where-the-positions-lie = Where the positions lie
 squares-the-schedules-positions = Squares: the schedule's positions.
 dots-candidates-squares-the-given-schedule-discs = Dots: candidates. Squares: the given schedule. Discs with numbers: the better schedule and its readings at each position.
-then-at-a-reading-in-its-u = at a reading, in u
+then-at-a-reading-in-its-u = change of a reading, in its u
 cannot-be-distinguished-from = cannot be distinguished from
 effects-that-would-show = Detectable effects, one row for each distinguishable direction
 nearly-alike-cosine-beside-the-model-and = Nearly alike: cosine after projection on the model, and the smallest size at which the two can be distinguished.

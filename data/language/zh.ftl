@@ -370,8 +370,10 @@ residuals-follow-a-column = { $sensor } 的残差随 { $column } 变化：按其
 residuals-are-not-normal-shapiro-francia-w = 残差不服从正态分布（Shapiro-Francia W' = { $w }，p = { $p }）
 lack-of-fit-over-an-input = 失拟：把 { $input } 的范围八等分，各段的阶跃对 { $sensor } 的解释超过噪声（χ² = { $chi_square }，自由度 { $dof }，p = { $p }）
 lack-of-fit-or-correlation = { $sensor } 在 { $inputs } 上的失拟与该相关无法区分：请先说明噪声的时间相关
-means-of-rows-scatter-too-much = { $sensor } 的残差不独立：{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }），u 约偏小同样倍数；请在 "scatter" 中说明噪声的时间相关（"over" 时间列）
-means-of-rows-scatter-too-little = { $sensor } 的残差中，{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }）：相邻残差相互抵消，或所给不确定度过大
+means-of-rows-scatter = { $much ->
+    [yes] { $sensor } 的残差不独立：{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }），u 约偏小同样倍数；请在 "scatter" 中说明噪声的时间相关（"over" 时间列）
+   *[no] { $sensor } 的残差中，{ $rows } 行均值的分散为独立行的 { $ratio } 倍（p = { $p }）：相邻残差相互抵消，或所给不确定度过大
+}
 residuals-are-correlated = { $sensor } 的残差相关：相隔 { $rows } 行时为 { $correlation }（对全部间隔 p = { $p }）
 row-is-far-from-the-model = 可疑：{ $sensor } 的第 { $row } 行偏离模型 { $residual }（w = { $w }，对全部行 p = { $p }）
 suspicious-reading-of-is-off-what-the = 可疑：{ $sensor } 的第 { $index } 个读数偏离其余读数所示值 { $shift }（w = { $w }，对全部 { $tested } 个读数 p = { $p }）
@@ -381,7 +383,10 @@ more-suspicious-readings = 另有 { $more } 个可疑读数：见页面或 JSON 
 no-values-meet-constraints-together-none-was = 没有数值能同时满足约束 { $named }：均未施加
 the-constraints-were-not-applied-the-readings = 约束未施加：读数未能确定全部参数，或求解未成功
 constraint-costs-in-chi-square = 约束 { $index }（{ $text }）使 χ² 增加 { $cost }
-rejected-the-readings-contradict-the-bounds-p = 拒绝：读数与界限相矛盾（p = { $p }）
+rejected-the-readings-contradict-the-bounds-p = { $bounds ->
+    [yes] 拒绝：读数与界限相矛盾
+   *[no] 拒绝：读数与等式相矛盾
+}（p = { $p }）
 no-bound-is-active-the-estimate-is = { $equations ->
     [yes] 没有起作用的界限
    *[no] 没有起作用的界限：估计值即无约束估计值
@@ -390,7 +395,6 @@ equations-cost-in-chi-square = { $n } 个等式使 χ² 增加 { $cost }{ $teste
     [yes] （p = { $p }）
    *[no] { "" }
 }
-rejected-the-readings-contradict-the-equations-p = 拒绝：读数与等式相矛盾（p = { $p }）
 
 # report/monte_carlo.rs
 the-first-order-does-not-describe-its = 一阶近似不足以描述 { $id }：其 { $level } % 区间端点相差达 { $sd } u；请采用蒙特卡洛法的区间
@@ -603,9 +607,13 @@ with-a-standard-deviation-of = { $follows }，标准差为 { $sd } { $unit }
 probability-of-it-or-an-alias = { $p }（该项或其混淆项存在），{ $named }（即为所命名的项）
 fit-takes-the-effect-as-named = 对该测试文件的拟合按所命名的误差项进行（{ $named }）；若实际为其某一混淆项，估计值将随之移动，其中 { $id } 最大，为 { $by } { $unit }（按所命名的项 u = { $u }）；诊断报告的 u_after 已计入此项
 constraint-state = 约束 { $index }，{ $text }：{ $state }
-holdout-after = ，计入所发现的误差项后为 { $after } 倍
-holdout-skipped = ；{ $n } 个位置不能留出，因其单独确定某个参数
-holdout = 逐一留出并由其余位置预测，{ $n } 个位置的预测误差为其标准不确定度的 { $before } 倍（方均根，期望为 1）{ $after }{ $skipped }
+holdout = 逐一留出并由其余位置预测，{ $n } 个位置的预测误差为其标准不确定度的 { $before } 倍（方均根，期望为 1）{ $found ->
+    [yes] ，计入所发现的误差项后为 { $after } 倍
+   *[no] { "" }
+}{ $skipped ->
+    [0] { "" }
+   *[other] ；{ $skipped } 个位置不能留出，因其单独确定某个参数
+}
 further-sensors-are-not-drawn = 另有 { $n } 个传感器未画出。
 setting = 设置
 rows-of = { $motion } { $n } 行
@@ -656,6 +664,7 @@ each-reading-minus-the-model = { $found ->
 }
 readings-are-grouped-by-which-the-gap = 读数按残差所依从的主要因素（{ $factor }）分组；横线为修正前的组平均值。
 one-reading-in-is-drawn = 每 { $every } 个读数画出一个，离群的读数全部画出。
+readings-near-number = 第 { $number } 个读数附近
 readings-in-their-order = 按顺序排列的读数
 noise-standard-deviations = 噪声，±2 倍标准差
 reasons = 原因
@@ -663,6 +672,7 @@ devices-tested = 已检验
 expected-by-chance = 偶然预期
 beyond-chance = 超出偶然
 chance-alone-finds = 一个被测件可有多个原因。偶然预期：并无异常时该检验在 { $level } 水平上检出的被测件数。超出偶然：就全部被测件而言在 { $level } 水平上检出的被测件数。
+observed-sd = 估计值的标准差
 sd-of-devices = 被测件间标准差
 verdict = 结论
 limits = 限值
@@ -673,7 +683,7 @@ devices-differ-by-more-than-their-readings = 在被测件之间的差异超出�
 devices = 被测件
 p-if-alike = 无差异时的 p
 min = 最小
-accepted-devices-only-sd-between-devices-u = 仅统计已接受的被测件；均值与 sd 不含离群被测件。sd：被测件间的标准差；u：各被测件标准不确定度的方均根；被测件间标准差：sd 中不能由各自读数的分散解释的部分；无差异时的 p：若各被测件无差异，出现如此标准差的概率（F 检验，给定不确定度时为 χ² 检验）。
+accepted-devices-only-sd-between-devices-u = 仅统计已接受的被测件；均值与标准差不含离群被测件。估计值的标准差：各被测件估计值的标准差；u：各被测件标准不确定度的方均根；被测件间标准差：其中不能由各自读数的分散解释的部分；无差异时的 p：若各被测件无差异，出现如此标准差的概率（F 检验，给定不确定度时为 χ² 检验）。
 distributions = 分布
 each-histogram-shows-the-accepted-devices-the = 各直方图为已接受的被测件；曲线为仅由各自读数的分散所致的分布，虚线为限值。远离的值计入首末两格。
 devices-that-are-not-in-order = 异常被测件
@@ -872,7 +882,7 @@ in-this-order-a-drift-of-one = 按此顺序，全程线性漂移一倍噪声标�
 where-the-positions-lie = 位置分布
 squares-the-schedules-positions = 方块：试验编排的各位置。
 dots-candidates-squares-the-given-schedule-discs = 小点：候选位置。方块：原试验编排。带数字的圆：更优的试验编排及其在各位置的读数。
-then-at-a-reading-in-its-u = 对单个读数，以其 u 计
+then-at-a-reading-in-its-u = 读数的变化，以其 u 计
 cannot-be-distinguished-from = 无法区分的项
 effects-that-would-show = 可以发现的误差项，每个方向一行
 nearly-alike-cosine-beside-the-model-and = 近似相同者：列出扣除模型后的方向余弦，以及前者不致被误认为后者的最小值。

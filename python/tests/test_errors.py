@@ -76,6 +76,8 @@ def test_a_table_is_called_by_its_name() -> None:
     with pytest.raises(tumble.MalformedError, match=r"(?s)in log\n.*rate=.*time=") as caught:
         tumble.noise({"g (deg/h)": np.zeros(100)})
     assert caught.value.file == "log" and "--" not in str(caught.value)
+    with pytest.raises(tumble.MalformedError, match="start= before end=, in seconds"):
+        tumble.noise({"time_s": np.arange(100.0), "g (deg/h)": np.zeros(100)}, start=50, end=10)
     with pytest.raises(tumble.MalformedError, match=r"(?s)in readings\n.*row 2, column 'y'"):
         tumble.diagnose(LINE, {"x": [0, 1, 2], "y": ["1", "two", "3"]})
 

@@ -2,6 +2,7 @@
 
 use super::function::{Function, Item, Operator};
 use crate::error::{Fault, Malformed, Result};
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// A model line: its tree and its text. Two are equal when their trees are.
@@ -12,7 +13,8 @@ use std::ops::Range;
 /// assert_eq!(model.names(), ["V0", "kI", "w_I"]);
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub struct Expression {
     /// Operands before their operator: `a + b*c` is `a b c * +`.
     postfix: Vec<Item>,
@@ -55,6 +57,20 @@ pub(super) struct Part<T> {
     pub number: Option<f64>,
     /// Its items in the postfix order.
     range: Range<usize>,
+}
+
+impl TryFrom<String> for Expression {
+    type Error = String;
+    fn try_from(text: String) -> std::result::Result<Self, String> {
+        let said = |error: Malformed| format!("{}, expected {}", error.what(), error.expectation().unwrap_or_default());
+        Expression::parse(&text).map_err(said)
+    }
+}
+
+impl From<Expression> for String {
+    fn from(of: Expression) -> String {
+        of.to_string()
+    }
 }
 
 impl PartialEq for Expression {

@@ -56,7 +56,6 @@ pub struct Summary {
 
 /// Devices by what became of them.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct DeviceCounts {
     /// All.
     pub all: usize,
@@ -125,7 +124,6 @@ fn rms((squares, count): (f64, usize)) -> Option<f64> {
 /// A device that is not accepted, or outside a limit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "NotInOrderReport")]
-#[non_exhaustive]
 pub struct NotInOrder {
     /// The device.
     #[serde(rename = "device")]
@@ -175,7 +173,6 @@ pub struct Quantity {
 /// Between-device scatter against the uncertainty from each device's own readings.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "BetweenReport")]
-#[non_exhaustive]
 pub struct Scattering {
     /// Root mean square of the Type A standard uncertainties.
     pub u: f64,
@@ -197,7 +194,6 @@ pub struct Scattering {
 /// An outlying device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "OutlyingReport")]
-#[non_exhaustive]
 pub struct OutlyingDevice {
     /// The device.
     #[serde(rename = "device")]
@@ -213,7 +209,6 @@ pub struct OutlyingDevice {
 /// An accepted device whose residuals scatter more than those of the others.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "NoisyDeviceReport")]
-#[non_exhaustive]
 pub struct NoisyDevice {
     /// The device.
     #[serde(rename = "device")]

@@ -10,7 +10,7 @@ use super::rows::{Cell, Format, Kind, Rows, Shortest, Titles};
 use crate::batch::{self, Device, Fleet, Row, Schedules, Summary, Verdict};
 use crate::campaign::Campaign;
 use crate::diagnosis::{self, Diagnosis, Finding};
-use crate::document::{html, terminal};
+use crate::document::{self, html};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::{self, Settings};
 use crate::language::{Language, say};
@@ -28,7 +28,7 @@ pub(super) fn fit(
     question: &DeviceCampaign,
     many: &Many,
     settings: &Settings,
-    (json, reports): (Option<&Path>, Option<&Path>),
+    reports: Option<&Path>,
     pages: &Pages,
     lang: Language,
 ) -> Result<Outcome> {
@@ -36,7 +36,7 @@ pub(super) fn fit(
     let template = &table.template;
     fit::check_level(settings.level)?;
     let names = report::batch_quantities(template);
-    let mut outputs = pages.outputs([many.to.as_deref(), json])?;
+    let mut outputs = pages.outputs([many.to.as_deref()])?;
     let terminal = std::io::stdout().is_terminal();
     let stdout = PathBuf::from("-");
     // rows go to the file, else to stdout unless a person sits there or a report goes there
@@ -45,14 +45,16 @@ pub(super) fn fit(
         None if terminal || outputs.to_stdout() => None,
         None => Some(stdout.clone()),
     };
-    if let Some(path) = &target {
-        Format::of(path)?;
-    }
+    let format = target.as_deref().map(Format::of).transpose()?.unwrap_or(Format::Csv);
     let to_stdout = outputs.to_stdout() || target.as_ref() == Some(&stdout);
     let (lot, limited) = (table.lot.as_deref(), !template.limits.is_empty());
     let titles = titles(table.by(), lot, &names, limited);
-    let begin =
-        || target.as_ref().map(|path| Rows::begin(path, outputs.open_held(path)?, titles.clone(), &names)).transpose();
+    let begin = || {
+        target
+            .as_ref()
+            .map(|path| Rows::begin(path, format, outputs.open_held(path)?, titles.clone(), &names))
+            .transpose()
+    };
     let (mut rows, mut summary, mut shown) = (begin()?, Summary::new(names.len()), Vec::<Row>::new());
     let bar = table.bar();
     let mut schedules = Schedules::default();
@@ -84,7 +86,7 @@ pub(super) fn fit(
             .at_path("readings"));
     }
     let mut found = report::batch_report(template, settings, table.by(), &summary);
-    if json.is_some() || pages.is_asked_for() {
+    if pages.json().is_some() || pages.is_asked_for() {
         found.inputs = table.inputs()?;
     }
     let devices = match reports {
@@ -103,7 +105,7 @@ pub(super) fn fit(
             lang,
         ))?);
     }
-    if let Some(path) = json {
+    if let Some(path) = pages.json() {
         outputs.json(path, &found)?;
     }
     if let Some(rows) = rows {
@@ -280,7 +282,7 @@ pub(super) fn diagnose(
     settings.check()?;
     let mut outputs = Outputs::plan([many.to.as_deref()])?;
     let target = many.to.clone().unwrap_or_else(|| PathBuf::from("-"));
-    Format::of(&target)?;
+    let format = Format::of(&target)?;
     let bar = table.bar();
     let mut found: Vec<Diagnosed> = Vec::new();
     table.read(&mut |passed| {
@@ -308,7 +310,7 @@ pub(super) fn diagnose(
         of_device.into_iter().for_each(|effect| *effects.entry(effect).or_default() += 1);
         cells.push(diagnosed.cells);
     }
-    let mut rows = Rows::begin(&target, outputs.open(&target)?, titles_of_diagnoses(table.by()), &[])?;
+    let mut rows = Rows::begin(&target, format, outputs.open(&target)?, titles_of_diagnoses(table.by()), &[])?;
     rows.write(&cells)?;
     outputs.finish(rows.finish()?);
     outputs.write()?;
@@ -319,14 +321,11 @@ pub(super) fn diagnose(
     let devices = say!(lang, "grouped-by", what = devices, by = table.by());
     let mut text = format!("{devices}{}{}\n", lang.colon(), said.join(lang.comma()));
     if !counts.is_empty() {
-        let cells: Vec<Vec<String>> = counts
-            .iter()
-            .map(|((regressor, name), n)| vec![n.to_string(), regressor.clone(), lang.name(name).into_owned()])
-            .collect();
-        text += &format!(
-            "\n{}",
-            terminal::plain(&[say!(lang, "devices"), say!(lang, "effect"), say!(lang, "meaning")], &cells)
-        );
+        let table = document::Rows::of(&counts)
+            .right(say!(lang, "devices"), |(_, n)| *n)
+            .name(say!(lang, "effect"), |((regressor, _), _)| regressor)
+            .left(say!(lang, "meaning"), |((_, name), _)| lang.name(name));
+        text += &format!("\n{}", document::terminal::alone(table, lang));
     }
     match &many.to {
         Some(_) => super::print(&text)?,

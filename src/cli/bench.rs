@@ -6,8 +6,9 @@ use super::plan::named_number;
 use super::{Outcome, files};
 use crate::bench::{self, Bench};
 use crate::campaign::JointState;
+use crate::document::Rows;
 use crate::document::chart::Chart;
-use crate::document::terminal::plain;
+use crate::document::terminal::alone;
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
 use crate::report;
@@ -36,13 +37,10 @@ pub(super) enum Arguments {
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     match arguments {
         Arguments::List => {
-            let mut rows = Vec::new();
-            for built_in in bench::built_ins() {
-                let bench = Bench::named(built_in.id)?;
-                let sensors: Vec<&str> = bench.sensors.iter().map(|s| s.id.as_str()).collect();
-                rows.push(vec![bench.id.clone(), format!("{} (sensors: {})", bench.title, sensors.join(", "))]);
-            }
-            super::show(&plain(&["id", "what it is"], &rows))?;
+            let benches: Vec<Bench> = bench::built_ins().iter().map(|b| Bench::named(b.id)).collect::<Result<_>>()?;
+            let sensors = |bench: &Bench| bench.sensors.iter().map(|s| s.id.as_str()).collect::<Vec<_>>().join(", ");
+            let what = |bench: &Bench| format!("{} (sensors: {})", bench.title, sensors(bench));
+            super::show(&alone(Rows::of(&benches).left("id", |bench| &bench.id).left("what it is", what), lang))?;
         }
         Arguments::Show { id, svg, at } => {
             let source = shown(id)?;

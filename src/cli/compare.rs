@@ -22,9 +22,6 @@ pub(super) struct Arguments {
     /// Take inputs that two calibrations share (a reference standard) as independent.
     #[arg(long)]
     independent: bool,
-    /// Write the report as JSON to a file, or to stdout with '-'.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     #[command(flatten)]
     pages: pages::Pages,
 }
@@ -53,21 +50,21 @@ fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Ou
             &source,
         ));
     }
-    let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
+    let outputs = arguments.pages.outputs([])?;
     let forms = compare::closed_forms(&campaign.bench.id)?;
     let comparison =
         compare::compare(&campaign, &forms, &fit::Settings::default()).map_err(|error| wire::locate(error, &source))?;
     let mut report = report::compare_report(&comparison);
     report.inputs = inputs.clone();
     let document = |_| report::compare_document(&report, &inputs, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
+    arguments.pages.finish(outputs, &report, document)
 }
 
 fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Result<Outcome> {
     fit::check_level(arguments.level)?;
     let (before, after) = (calibrations::read(before)?, calibrations::read(after)?);
     calibrations::of_other_readings(&before, &after)?;
-    let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
+    let outputs = arguments.pages.outputs([])?;
     let found = changes(&before.determination(), &after.determination(), arguments.level, !arguments.independent);
     if found.changes.is_empty() {
         return Err(Malformed::new(Fault::Value, "the two calibrations have no quantity in common")
@@ -76,7 +73,7 @@ fn two(arguments: &Arguments, before: &Path, after: &Path, lang: Language) -> Re
     }
     let report = report::changes_report(&found, before.summary(), after.summary());
     let document = |_| report::changes_document(&report, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
+    arguments.pages.finish(outputs, &report, document)?;
     Ok(if report.is_changed() { Outcome::Rejected } else { Outcome::Done })
 }
 
@@ -88,7 +85,7 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
             .expected("\"date\": \"YYYY-MM-DD\" in each campaign")
             .found(format!("no date in {}", undated.summary().file)));
     }
-    let outputs = arguments.pages.outputs([arguments.json.as_deref()])?;
+    let outputs = arguments.pages.outputs([])?;
     // each has a day: asked above
     stored.sort_by(|a, b| a.day().unwrap_or_default().total_cmp(&b.day().unwrap_or_default()));
     for (k, after) in stored.iter().enumerate() {
@@ -98,7 +95,7 @@ fn history(arguments: &Arguments, paths: &[PathBuf], lang: Language) -> Result<O
     let last = stored.last();
     let limits = |id: &str| last.and_then(|report| report.limits(id));
     let summaries = stored.iter().map(|report| report.summary()).collect();
-    let report = report::history_report(summaries, &trends(&all, arguments.level), arguments.level, &limits);
+    let report = report::history_report(summaries, trends(&all, arguments.level, &limits), arguments.level);
     let document = |_| report::history_document(&report, lang);
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
+    arguments.pages.finish(outputs, &report, document)
 }

@@ -44,9 +44,6 @@ pub(super) struct Arguments {
     /// mission with the errors added.
     #[arg(long, value_name = "NAME.bench.json")]
     write_model: Option<PathBuf>,
-    /// Write the report as JSON to a file, or to stdout with '-'.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write the residuals before and after as a picture (SVG), or to stdout with '-'; with '--measured' the residuals over time, in the
     /// channel where they are largest.
     #[arg(long, value_name = "FILE")]
@@ -84,7 +81,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
             ("--write-model", arguments.write_model.is_some()),
             ("--svg", arguments.svg.is_some()),
             ("a page (--html and its like)", arguments.pages.is_asked_for()),
-            ("--json", arguments.json.is_some()),
+            ("--json", arguments.pages.json().is_some()),
         ];
         devices::refuse_many(single, "--to FILE for a row a device, or the readings of one device")?;
         return batch::diagnose(&question, &arguments.many, &catalogue, &settings, lang);
@@ -96,8 +93,8 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         Some(names) => [Some(names.bench.as_path()), Some(names.campaign.as_path())],
         None => [None, None],
     };
-    let (svg, json) = (arguments.svg.as_deref(), arguments.json.as_deref());
-    let mut outputs = arguments.pages.outputs([svg, json, bench, repaired])?;
+    let svg = arguments.svg.as_deref();
+    let mut outputs = arguments.pages.outputs([svg, bench, repaired])?;
     let diagnosis = diagnosis::diagnose(&campaign, &catalogue.effects, &settings)
         .map_err(|error| catalogue.locate(error, source))?;
     let mut report = report::diagnose_report(&campaign, &diagnosis, &settings);
@@ -110,7 +107,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         names.add(&mut outputs, &diagnosis)?;
     }
     let document = |_| report::diagnose_document(&report, Some((&campaign, &diagnosis)), lang);
-    arguments.pages.finish(outputs, json, &report, document)?;
+    arguments.pages.finish(outputs, &report, document)?;
     for remark in diagnosis.before.remarks() {
         remark_note(&remark.say(lang), lang);
     }
@@ -176,11 +173,10 @@ impl ModelNames {
 
 /// What a mission's measured errors say.
 fn mission(arguments: &Arguments, path: &Path, measured: &Path, lang: Language) -> Result<Outcome> {
-    let [json, svg, write_model] =
-        [&arguments.json, &arguments.svg, &arguments.write_model].map(|path| path.as_deref());
+    let [svg, write_model] = [&arguments.svg, &arguments.write_model].map(|path| path.as_deref());
     let (file, mission, source) = files::mission(path)?;
     let measured = wire::read_measured(&files::read(measured)?, &mission)?;
-    let mut outputs = arguments.pages.outputs([json, svg, write_model])?;
+    let mut outputs = arguments.pages.outputs([svg, write_model])?;
     let settings = settings::Settings::at(arguments.significance);
     let bar = super::bar(1000, "{spinner} {elapsed} [{bar:20}] {wide_msg}").with_message("flying the mission");
     bar.enable_steady_tick(Duration::from_millis(200));
@@ -201,7 +197,7 @@ fn mission(arguments: &Arguments, path: &Path, measured: &Path, lang: Language) 
         outputs.add(path, files::marked(&repaired(&file, &diagnosis))?);
     }
     let document = |_| report::navigate_diagnose_document(&report, Some((&mission, &diagnosis)), lang);
-    arguments.pages.finish(outputs, json, &report, document)?;
+    arguments.pages.finish(outputs, &report, document)?;
     match write_model {
         Some(path) if found => super::note(&say!(lang, "wrote", file = path.display().to_string())),
         Some(_) => super::note(&say!(lang, "note-nothing-found", what = "error")),

@@ -46,9 +46,6 @@ pub(super) struct Arguments {
     /// Also print the correction of readings: matrix, bias, and the range in which first order is sufficient.
     #[arg(long)]
     correction: bool,
-    /// Write the report as JSON to a file, or to stdout with '-'.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Files of readings (CSV, Parquet, gzip; patterns with * and ?) in place of the campaign's: without '--by', each file is one device.
     /// The campaign may follow them.
     /// Without a FILE: also list every reading with its residual, redundancy and minimal detectable bias.
@@ -119,8 +116,8 @@ fn many(arguments: &Arguments, question: devices::DeviceCampaign, lang: Language
     ];
     let one = "the readings of one device, for example --readings ONE.csv with a campaign without \"by\"";
     devices::refuse_many(single, one)?;
-    let outputs = (arguments.json.as_deref(), arguments.reports.as_deref());
-    batch::fit(&question, &arguments.many, &settings(arguments), outputs, &arguments.pages, lang)
+    let (settings, reports) = (settings(arguments), arguments.reports.as_deref());
+    batch::fit(&question, &arguments.many, &settings, reports, &arguments.pages, lang)
 }
 
 /// The fit of one device, and every file that was read.
@@ -142,10 +139,10 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return many(arguments, question, lang);
     }
     arguments.many.refuse_alone(&[("--reports", arguments.reports.is_some())])?;
-    let mut outputs = arguments.pages.outputs([arguments.certificate.path(), arguments.json.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.certificate.path()])?;
     let (fit, inputs) = fitted(&question, &settings(arguments))?;
     let listed = arguments.readings.is_some() && input_files.is_empty();
-    let lists = listed || arguments.json.is_some() || arguments.pages.is_asked_for();
+    let lists = listed || arguments.pages.json().is_some() || arguments.pages.is_asked_for();
     let mut report = if lists { report::fit_report(&fit) } else { report::fit_summary(&fit) };
     report.inputs = inputs.clone();
     if let Some(trials) = arguments.monte_carlo {
@@ -165,7 +162,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         true => pages::document_of(&fit, &report, &inputs, lang),
         false => report::fit_document(&report, &asked, lang),
     };
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
+    arguments.pages.finish(outputs, &report, document)?;
     let conforms =
         report.conformity.as_ref().is_none_or(|conformity| conformity.outcome == crate::fit::Conformity::Pass);
     Ok(if !conforms || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })

@@ -1,8 +1,8 @@
 //! `tumble navigate MISSION`.
 
-use super::outputs::{self, Stream};
+use super::outputs::Stream;
 use super::pages::Pages;
-use super::rows::{Column, Columnar, Kind};
+use super::rows::{Cell, Format, Kind, Rows, Titles};
 use super::{Outcome, files};
 use crate::error::{Fault, Malformed, Result};
 use crate::language::Language;
@@ -16,9 +16,6 @@ use crate::report::{self, ARCSEC};
 use crate::wire;
 use clap::Args;
 use indicatif::ProgressBar;
-use parquet::basic::Repetition;
-use parquet::data_type::ByteArray;
-use parquet::file::properties::WriterProperties;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::SeedableRng;
@@ -29,9 +26,6 @@ use std::path::{Path, PathBuf};
 pub(super) struct Arguments {
     /// The mission file (JSON).
     mission: PathBuf,
-    /// Write the report as JSON to a file, or to stdout with '-'.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write the errors in time as CSV.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -67,14 +61,13 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         None => None,
     };
     let scenarios = study::scenarios(&mission.errors, file.scenarios);
-    let [json, csv] = [&arguments.json, &arguments.csv].map(Option::as_deref);
-    let [parquet, measured] = [&arguments.parquet, &arguments.measured].map(Option::as_deref);
-    let mut outputs = arguments.pages.outputs([json, csv, parquet, measured])?;
+    let [csv, parquet, measured] = [&arguments.csv, &arguments.parquet, &arguments.measured].map(Option::as_deref);
+    let mut outputs = arguments.pages.outputs([csv, parquet, measured])?;
     let mut series = Vec::new();
-    for (path, parquet) in [(csv, false), (parquet, true)] {
+    for (path, format) in [(csv, Format::Csv), (parquet, Format::Parquet)] {
         let Some(path) = path else { continue };
-        let begun = Series::begin(outputs.open(path)?, parquet);
-        series.push((path, begun.map_err(|error| outputs::fault(path, &error))?));
+        let rows = Rows::begin(path, format, outputs.open(path)?, titles(), &[])?;
+        series.push(Series { rows, waiting: Vec::new() });
     }
     let mut instruments = Instruments::new(arguments, &mission)?;
 
@@ -83,10 +76,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let flown = study::fly(&mission, &scenarios, &mut |motion, row, progress| {
         show(&bar, progress);
         instruments.measure(motion, row);
-        let pushed = series.iter_mut().try_for_each(|(path, file)| {
-            file.push(motion, &scenarios, row).map_err(|error| outputs::fault(path, &error))
-        });
-        fault = pushed.err();
+        fault = series.iter_mut().try_for_each(|file| file.push(motion, &scenarios, row)).err();
         if fault.is_none() { Continue::Yes } else { Continue::Stop }
     });
     bar.finish_and_clear();
@@ -98,14 +88,14 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         None => Vec::new(),
     };
     let report = report::navigate_report(&mission, &scenarios, &flown, &carried);
-    for (path, file) in series {
-        outputs.finish(file.finish().map_err(|error| outputs::fault(path, &error))?);
+    for file in series {
+        outputs.finish(file.finish()?);
     }
     if let Some(path) = &arguments.measured {
         outputs.add(path, wire::write_measured(&instruments.measured, &mission));
     }
     let document = |_| report::navigate_document(&report, Some((&mission, &flown)), lang);
-    arguments.pages.finish(outputs, json, &report, document)
+    arguments.pages.finish(outputs, &report, document)
 }
 
 fn carried(mission: &Mission, covariance: &SourceCovariance, draws: usize) -> Vec<study::PropagatedCalibration> {
@@ -177,76 +167,46 @@ fn show(bar: &ProgressBar, progress: Progress) {
     bar.set_position(progress.done);
 }
 
-/// Names of the columns of numbers of a time series; `motion` and `scenario` stand before them.
-const COLUMNS: [&str; 8] = {
-    let [phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n] = CHANNEL_NAMES;
-    ["time_s", phi_e, phi_n, phi_u, v_e, v_n, p_e, p_n]
-};
-const GROUP: usize = 1 << 16;
+/// The columns of a time series.
+fn titles() -> Titles {
+    let names = ["motion", "scenario"].map(|name| (name.to_string(), Kind::Text));
+    let numbers = ["time_s"].into_iter().chain(CHANNEL_NAMES).map(|name| (name.to_string(), Kind::Number));
+    names.into_iter().chain(numbers).collect()
+}
 
-/// The errors in time on their way out, row by row: memory does not grow with the mission.
-enum Series {
-    Csv(Box<csv::Writer<Stream>>),
-    /// With the rows that wait for the others of their group: motions and scenarios, and their numbers.
-    Parquet(Box<(Columnar<Stream>, [Vec<ByteArray>; 2], [Vec<f64>; 8])>),
+/// Rows that are written together: a group of a columnar file, some MB of memory.
+const GROUP: usize = 1 << 14;
+
+/// The errors in time on their way out: memory does not grow with the mission.
+struct Series {
+    rows: Rows,
+    /// Motion, scenario and numbers of the rows that wait for the others of their group.
+    waiting: Vec<([String; 2], [f64; 1 + CHANNELS])>,
 }
 
 impl Series {
-    fn begin(to: Stream, parquet: bool) -> std::io::Result<Self> {
-        let names = ["motion", "scenario"];
-        if !parquet {
-            let mut writer = csv::Writer::from_writer(to);
-            writer.write_record(names.iter().chain(&COLUMNS))?;
-            return Ok(Series::Csv(Box::new(writer)));
-        }
-        let field = |kind: Kind| move |name: &str| (name.to_string(), kind, Repetition::REQUIRED, None);
-        let fields = names.into_iter().map(field(Kind::Text)).chain(COLUMNS.into_iter().map(field(Kind::Number)));
-        let file = Columnar::begin(to, "navigation_errors", fields, WriterProperties::builder());
-        Ok(Series::Parquet(Box::new((file?, Default::default(), Default::default()))))
-    }
-
     /// One instant of all scenarios.
-    fn push(&mut self, motion: &str, scenarios: &[Scenario], row: &Row<'_>) -> std::io::Result<()> {
+    fn push(&mut self, motion: &str, scenarios: &[Scenario], row: &Row<'_>) -> Result<()> {
         for (scenario, error) in scenarios.iter().zip(row.errors) {
-            let names = [motion, scenario.id.as_str()];
             let [e, n, u] = error.attitude.map(|phi| phi * ARCSEC);
             let ([ve, vn, ..], [pe, pn, ..]) = (error.velocity, error.position);
             let values = [row.truth.time, e, n, u, ve, vn, pe, pn];
-            match self {
-                Series::Csv(writer) => {
-                    let numbers = values.iter().map(|value| format!("{value:.9e}"));
-                    writer.write_record(names.map(str::to_string).into_iter().chain(numbers))?;
-                }
-                Series::Parquet(parquet) => {
-                    let (_, texts, numbers) = parquet.as_mut();
-                    texts.iter_mut().zip(names).for_each(|(column, name)| column.push(ByteArray::from(name)));
-                    numbers.iter_mut().zip(values).for_each(|(column, value)| column.push(value));
-                    self.flush(GROUP)?;
-                }
-            }
+            self.waiting.push(([motion.to_string(), scenario.id.clone()], values));
         }
-        Ok(())
+        if self.waiting.len() < GROUP { Ok(()) } else { self.flush() }
     }
 
-    /// Write the rows that wait, if they are as many.
-    fn flush(&mut self, least: usize) -> std::io::Result<()> {
-        match self {
-            Series::Parquet(parquet) if parquet.1[0].len() >= least => {
-                let (file, texts, numbers) = parquet.as_mut();
-                let texts = std::mem::take(texts).map(|parquet| (Column::Texts(parquet), None));
-                let numbers = std::mem::take(numbers).map(|parquet| (Column::Numbers(parquet), None));
-                Ok(file.group(texts.into_iter().chain(numbers))?)
-            }
-            _ => Ok(()),
-        }
+    fn flush(&mut self) -> Result<()> {
+        let cells = |(names, values): &'_ ([String; 2], [f64; 1 + CHANNELS])| {
+            let names = names.clone().map(|name| Cell::Text(name.into()));
+            names.into_iter().chain(values.map(Cell::Number)).collect()
+        };
+        self.rows.write(&std::mem::take(&mut self.waiting).iter().map(cells).collect::<Vec<_>>())
     }
 
-    fn finish(mut self) -> std::io::Result<Stream> {
-        self.flush(1)?;
-        match self {
-            Series::Csv(writer) => writer.into_inner().map_err(|error| std::io::Error::other(error.to_string())),
-            Series::Parquet(parquet) => Ok(parquet.0.finish()?),
-        }
+    fn finish(mut self) -> Result<Stream> {
+        self.flush()?;
+        self.rows.finish()
     }
 }
 

@@ -41,9 +41,6 @@ pub(super) struct Arguments {
     /// Also list the deviations at every averaging time.
     #[arg(long)]
     deviations: bool,
-    /// Write the report as JSON to a file, or to stdout with '-'.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     /// Write kalibr's IMU file (YAML), or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     kalibr: Option<PathBuf>,
@@ -183,7 +180,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         reports.push(report::NoiseColumnReport { left_out, ..report });
     }
     let report = report::noise_report(record.name(), interval, clock.source(), reports);
-    let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.kalibr.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.kalibr.as_deref()])?;
     let inputs = arguments.pages.input(&arguments.log)?;
     if let Some(path) = &arguments.kalibr {
         outputs.add(path, report::kalibr(&report)?);
@@ -195,5 +192,5 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         true => report::noise_document(&report, &inputs, true, lang),
         false => report::noise_document(&report, &[], arguments.deviations, lang),
     };
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
+    arguments.pages.finish(outputs, &report, document)
 }

@@ -1,4 +1,4 @@
-//! `--html`, `--md` and `--dcc`: a report as a page or a certificate.
+//! `--json`, `--html`, `--md`, `--xlsx` and `--dcc`: a report as JSON, as a page or as a certificate.
 
 use super::outputs::Outputs;
 use super::{Outcome, calibrations, files};
@@ -15,9 +15,12 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
-/// Where to write a report as a page.
+/// Where to write a report: as JSON, or as a page.
 #[derive(Debug, Args)]
 pub(super) struct Pages {
+    /// Write the report as JSON to a file, or to stdout with '-'.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
     /// Write the report as one self-contained HTML file, or to stdout with '-'.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
@@ -96,9 +99,13 @@ impl Pages {
         all.into_iter()
     }
 
-    /// The outputs of a command: its pages, and its other files.
+    /// The outputs of a command: its report, and its other files.
     pub(super) fn outputs<'a>(&'a self, others: impl IntoIterator<Item = Option<&'a Path>>) -> Result<Outputs> {
-        Outputs::plan(self.formats().map(|(path, _)| path).chain(others))
+        Outputs::plan(self.formats().map(|(path, _)| path).chain([self.json()]).chain(others))
+    }
+
+    pub(super) fn json(&self) -> Option<&Path> {
+        self.json.as_deref()
     }
 
     pub(super) fn is_asked_for(&self) -> bool {
@@ -125,14 +132,13 @@ impl Pages {
     pub(super) fn finish(
         &self,
         mut outputs: Outputs,
-        json: Option<&Path>,
         report: &impl Serialize,
         document: impl Fn(bool) -> Document,
     ) -> Result<Outcome> {
         if self.is_asked_for() {
             outputs.extend(self.page(&document(true))?);
         }
-        if let Some(path) = json {
+        if let Some(path) = self.json() {
             outputs.json(path, report)?;
         }
         let to_stdout = outputs.to_stdout();

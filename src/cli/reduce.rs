@@ -52,9 +52,6 @@ pub(super) struct Arguments {
     /// Show the sources of each uncertainty.
     #[arg(long)]
     sources: bool,
-    /// Write the report as JSON to a file, or to stdout with '-'.
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
     #[command(flatten)]
     pages: pages::Pages,
 }
@@ -78,7 +75,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         return Ok(Outcome::Rejected);
     }
     let report = report::reduce_report(record.name(), &reduced);
-    let mut outputs = arguments.pages.outputs([arguments.json.as_deref(), arguments.to.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.to.as_deref()])?;
     let inputs = arguments.pages.input(&arguments.log)?;
     if let Some(to) = &arguments.to {
         let readings = reduced.readings();
@@ -95,7 +92,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         }
         false => report::reduce_document(&report, None, &[], arguments.sources, lang),
     };
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)
+    arguments.pages.finish(outputs, &report, document)
 }
 
 fn schedule(path: &Path) -> Result<Schedule> {

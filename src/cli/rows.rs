@@ -73,13 +73,18 @@ enum To {
 
 impl Rows {
     /// `units` of columns go into a file that has a place for them.
-    pub(super) fn begin(path: &Path, stream: Stream, titles: Titles, units: &[(String, String)]) -> Result<Self> {
-        let format = Format::of(path)?;
+    pub(super) fn begin(
+        path: &Path,
+        format: Format,
+        stream: Stream,
+        titles: Titles,
+        units: &[(String, String)],
+    ) -> Result<Self> {
         let to = match format {
             Format::Csv => To::Text(stream, csv_line),
             Format::JsonLines => To::Text(stream, json_line),
             Format::Parquet => {
-                To::Parquet(Box::new(of_devices(stream, &titles, units).map_err(|error| fault(path, &error))?))
+                To::Parquet(Box::new(columnar(stream, &titles, units).map_err(|error| fault(path, &error))?))
             }
         };
         let header: Vec<Cell<'_>> = titles.iter().map(|(title, _)| Cell::Text(title.clone().into())).collect();
@@ -283,7 +288,7 @@ pub fn write_table(columns: &[(String, Cells)], path: &Path) -> Result<()> {
     write().map(drop).map_err(|error| fault(path, &error))
 }
 
-fn of_devices(
+fn columnar(
     stream: Stream,
     titles: &Titles,
     units: &[(String, String)],
@@ -293,7 +298,7 @@ fn of_devices(
     let mut properties = WriterProperties::builder()
         .set_compression(parquet::basic::Compression::SNAPPY)
         .set_key_value_metadata(Some(units));
-    // numbers and names of devices hardly return, and looking for those that do costs more than all else; nor is anything found by the least
+    // numbers and names of devices (or motions) hardly return, and looking for those that do costs more than all else; nor is anything found by the least
     // and the largest of texts but of the devices' own
     for (k, (title, kind)) in titles.iter().enumerate() {
         let path = ColumnPath::new(vec![title.clone()]);
@@ -307,5 +312,5 @@ fn of_devices(
         let repetition = if *kind == Kind::Number { Repetition::OPTIONAL } else { Repetition::REQUIRED };
         (title.clone(), *kind, repetition, None)
     };
-    Columnar::begin(stream, "devices", titles.iter().map(field), properties)
+    Columnar::begin(stream, "rows", titles.iter().map(field), properties)
 }

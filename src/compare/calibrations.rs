@@ -309,45 +309,61 @@ fn together(a: &Determination, b: &Determination, pairs: &[Pair<'_>], shared: bo
     Some(Together { statistic, dof: n, scatter_dof: known, p, significant: p < 1.0 - level })
 }
 
-/// A quantity over many calibrations: a straight line against time, and when it leaves its limits.
-#[derive(Debug, Clone, PartialEq)]
+/// A quantity over time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "TrendReport")]
 pub struct Trend {
     /// Its name.
     pub id: String,
-    /// Unit of the numbers.
+    /// Unit of values.
     pub unit: String,
-    /// Day, value and standard uncertainty of each calibration that has them, by day.
+    /// Each calibration's day (from 1970-01-01), value and standard uncertainty.
     pub points: Vec<(f64, f64, Option<f64>)>,
-    /// Value at the mean day, slope per day and its standard uncertainty; `None` with fewer than three different days.
-    pub line: Option<TrendLine>,
+    /// Slope per day of a straight line, in `unit` per day; null with fewer than three days.
+    pub per_day: Option<f64>,
+    /// Its standard uncertainty, in `unit` per day.
+    pub u_per_day: Option<f64>,
+    /// Is the slope significant?
+    pub significant: Option<bool>,
+    /// Birge ratio of the points about the line.
+    pub birge: Option<f64>,
+    /// Limits, where the last calibration states them.
+    pub limits: Option<[f64; 2]>,
+    /// Day on which the line leaves its limits, in days from 1970-01-01; before the last calibration where it has left them. Null where it does
+    /// not, or where no slope is significant.
+    pub leaves: Option<f64>,
+}
+
+impl Trend {
+    /// Did the line leave its limits before the last calibration?
+    pub fn has_left(&self) -> bool {
+        self.leaves.zip(self.points.last()).is_some_and(|(day, last)| day < last.0)
+    }
 }
 
 /// A straight line against time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TrendLine {
+#[derive(Debug, Clone, Copy)]
+struct TrendLine {
     /// The mean day.
-    pub day: f64,
+    day: f64,
     /// Value there.
-    pub value: f64,
+    value: f64,
     /// Slope per day.
-    pub slope: f64,
+    slope: f64,
     /// Its standard uncertainty.
-    pub slope_u: f64,
+    slope_u: f64,
     /// Birge ratio of the points about the line; the slope's uncertainty is multiplied by it where it is above 1.
-    pub birge: f64,
+    birge: f64,
     /// Is the slope significant at the level?
-    pub significant: bool,
+    significant: bool,
 }
 
 impl TrendLine {
     /// The day on which the line leaves these limits, also one that is past; `None` where the slope is not significant.
-    pub(crate) fn leaves(&self, limits: (f64, f64)) -> Option<f64> {
-        if !self.significant || self.slope == 0.0 {
-            return None;
-        }
-        let limit = if self.slope > 0.0 { limits.1 } else { limits.0 };
+    fn leaves(&self, [low, high]: [f64; 2]) -> Option<f64> {
+        let limit = if self.slope > 0.0 { high } else { low };
         let day = self.day + (limit - self.value) / self.slope;
-        day.is_finite().then_some(day)
+        Some(day).filter(|day| self.significant && day.is_finite())
     }
 }
 
@@ -355,15 +371,26 @@ impl TrendLine {
 ///
 /// Weights are `1/u^2` where every point has a standard uncertainty, else equal; equal weights take the scatter about the line. Inputs shared by all
 /// calibrations move the line as a whole and are not taken out of `u`: the slope's uncertainty is then too large rather than too small.
-pub fn trends(determinations: &[Determination], level: f64) -> Vec<Trend> {
+/// `limits` gives each quantity's, if any.
+pub fn trends(determinations: &[Determination], level: f64, limits: &dyn Fn(&str) -> Option<[f64; 2]>) -> Vec<Trend> {
     let all = determinations.iter().flat_map(|d| d.quantities.iter().map(|q| (d.day, q)));
     let trend = |alike: Vec<(Option<f64>, &Quantity)>| {
         let (_, Quantity { id, unit, .. }) = alike.first()?;
         let points = alike.iter().filter_map(|(day, q)| Some(((*day)?, q.value, q.u)));
         let mut points: Vec<(f64, f64, Option<f64>)> = points.collect();
         points.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let line = straight(&points, level);
-        Some(Trend { id: id.clone(), unit: unit.clone(), points, line })
+        let (line, limits) = (straight(&points, level), limits(id));
+        Some(Trend {
+            id: id.clone(),
+            unit: unit.clone(),
+            points,
+            per_day: line.map(|l| l.slope),
+            u_per_day: line.map(|l| l.slope_u),
+            significant: line.map(|l| l.significant),
+            birge: line.map(|l| l.birge),
+            limits,
+            leaves: line.zip(limits).and_then(|(line, limits)| line.leaves(limits)),
+        })
     };
     grouped(all.map(|(day, q)| ((day, q), (&q.id, &q.unit)))).into_iter().filter_map(trend).collect()
 }

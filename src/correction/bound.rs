@@ -29,7 +29,7 @@ pub(super) fn direction_of(line: &CalibratedLine, name: &str) -> Option<(Quantit
         (_, Some(axis)) => (Quantity::Force, axis),
         _ => return None,
     };
-    let listed = line.axes.iter().find(|(id, _)| id == axis).map(|(_, direction)| *direction);
+    let listed = line.axes.get(axis).map(|direction| Vector3::from(*direction));
     let frame = match axis {
         "x" => Some(Vector3::x()),
         "y" => Some(Vector3::y()),
@@ -46,7 +46,7 @@ impl Bound {
         let slots = names
             .iter()
             .map(|name| {
-                if let Some(k) = calibration.parameters.iter().position(|p| p == name) {
+                if let Some(k) = calibration.parameters.order.iter().position(|p| p == name) {
                     return Ok(Slot::Parameter(k));
                 }
                 match direction_of(line, name) {
@@ -83,9 +83,13 @@ impl Bound {
         calibration: &Calibration,
         inputs: &[LineInput],
     ) -> (Vector3<f64>, Vector3<f64>) {
-        let given: Vec<f64> = inputs.iter().map(|input| input.fallback).collect();
-        let state =
-            State { rate: Vector3::zeros(), force: Vector3::zeros(), given: &given, parameters: &calibration.values };
+        let given: Vec<f64> = inputs.iter().map(|input| input.fallback()).collect();
+        let state = State {
+            rate: Vector3::zeros(),
+            force: Vector3::zeros(),
+            given: &given,
+            parameters: &calibration.parameters.values,
+        };
         let (mut values, mut slopes) = (Vec::new(), vec![0.0; self.slots.len()]);
         self.fill(&state, &mut values);
         self.tape.gradient(&values, &mut Scratch::default(), &mut slopes);

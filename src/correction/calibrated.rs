@@ -1,7 +1,7 @@
 //! What a fit says for correcting readings.
 
 use super::bound::direction_of;
-use super::calibration::{CalibratedLine, Calibration, InputRole, Mounting, Quantity, Span};
+use super::calibration::{CalibratedLine, Calibration, Mounting, Parameters, Quantity, Span};
 use super::choose::choose;
 use super::solve::Corrector;
 use super::triad::Triad;
@@ -52,7 +52,7 @@ impl Calibration {
             let line = CalibratedLine {
                 sensor: sensor.id.clone(),
                 unit: sensor.unit.clone(),
-                axes: sensor.axes.clone(),
+                axes: sensor.axes.iter().map(|(axis, d)| (axis.clone(), [d.x, d.y, d.z])).collect(),
                 model: bench.in_use.iter().fold(sensor.model.clone(), in_use),
             };
             let follows = line.model.names().iter().any(|name| direction_of(&line, name).is_some());
@@ -71,9 +71,11 @@ impl Calibration {
             lines,
             left_out,
             inputs: Vec::new(),
-            parameters: used.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
-            values: used.iter().map(|k| fit.point.at(*k)).collect(),
-            covariance: covariance(fit, &used, &used),
+            parameters: Parameters {
+                order: used.iter().filter_map(|k| campaign.parameters.get(*k)).map(|p| p.id.clone()).collect(),
+                values: used.iter().map(|k| fit.point.at(*k)).collect(),
+                covariance: covariance(fit, &used, &used),
+            },
             mounting,
             span: span(campaign),
         };
@@ -98,7 +100,7 @@ fn of_norms(calibration: &mut Calibration, bench: &Bench, norms: &[&Sensor]) {
     if norms.is_empty() {
         return;
     }
-    let (parameters, values) = (calibration.parameters.clone(), calibration.values.clone());
+    let (parameters, values) = (calibration.parameters.order.clone(), calibration.parameters.values.clone());
     let lines = calibration.lines.clone();
     let stay: Vec<usize> = (0..parameters.len())
         .filter(|k| {
@@ -107,24 +109,24 @@ fn of_norms(calibration: &mut Calibration, bench: &Bench, norms: &[&Sensor]) {
         .collect();
     let mut slopes: Vec<Vec<f64>> =
         stay.iter().map(|k| (0..parameters.len()).map(|j| if j == *k { 1.0 } else { 0.0 }).collect()).collect();
-    calibration.parameters = stay.iter().filter_map(|k| parameters.get(*k).cloned()).collect();
-    calibration.values = stay.iter().map(|k| values.at(*k)).collect();
+    calibration.parameters.order = stay.iter().filter_map(|k| parameters.get(*k).cloned()).collect();
+    calibration.parameters.values = stay.iter().map(|k| values.at(*k)).collect();
     for sensor in norms {
         let Some(triad) = Triad::of(sensor, bench, &parameters, &values) else {
             calibration.left_out.push((sensor.id.clone(), sentence!("its-norm-is-of-no-triad")));
             continue;
         };
         calibration.lines.extend(triad.lines);
-        calibration.parameters.extend(triad.names);
-        calibration.values.extend(triad.values);
+        calibration.parameters.order.extend(triad.names);
+        calibration.parameters.values.extend(triad.values);
         slopes.extend(triad.slopes.row_iter().map(|row| row.iter().copied().collect()));
     }
     let n = parameters.len();
     let slopes = DMatrix::from_fn(slopes.len(), n, |i, j| slopes.at(i).at(j));
-    if !calibration.covariance.is_empty() {
-        let covariance = DMatrix::from_fn(n, n, |i, j| calibration.covariance.as_slice().at(i).at(j));
+    if !calibration.parameters.covariance.is_empty() {
+        let covariance = DMatrix::from_fn(n, n, |i, j| calibration.parameters.covariance.as_slice().at(i).at(j));
         let covariance = &slopes * covariance * slopes.transpose();
-        calibration.covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
+        calibration.parameters.covariance = covariance.row_iter().map(|row| row.iter().copied().collect()).collect();
     }
     for row in calibration.mounting.iter_mut().flat_map(|mounting| &mut mounting.covariance) {
         let with_parameters = &slopes * DVector::from_fn(n, |j, _| row.as_slice().at(j));
@@ -149,8 +151,8 @@ fn covered(calibration: &Calibration, campaign: &Campaign) -> Option<Span> {
             read.or_else(|| column(&line.sensor)).unwrap_or(f64::NAN)
         };
         let readings: Vec<f64> = calibration.lines.iter().map(reading).collect();
-        let given = calibration.inputs.iter().filter(|input| input.role == InputRole::Given);
-        let given: Vec<f64> = given.map(|input| column(&input.name).unwrap_or(input.fallback)).collect();
+        let given = calibration.inputs.iter().filter(|input| !input.solved);
+        let given: Vec<f64> = given.map(|input| column(&input.name).unwrap_or(input.fallback())).collect();
         let found = corrector.correct(&readings, &given).inputs;
         let size = |quantity: Quantity| {
             let of_quantity = calibration.solved().zip(&found).filter(|(input, _)| input.quantity == quantity);

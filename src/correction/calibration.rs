@@ -5,6 +5,9 @@ use crate::bench::{ForceUnit, RateUnit};
 use crate::language::Sentence;
 use crate::vocabulary::vocabulary;
 use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// What is needed to correct readings of a calibrated unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -19,28 +22,39 @@ pub struct Calibration {
     pub left_out: Vec<(String, Sentence)>,
     /// What the lines determine, and what must be given with the readings.
     pub inputs: Vec<LineInput>,
-    /// Names of the parameters that the lines use.
-    pub parameters: Vec<String>,
-    /// Their values, in the bench's units (tilts in rad).
-    pub values: Vec<f64>,
-    /// Their covariance, row by row; empty where no uncertainty is known.
-    pub covariance: Vec<Vec<f64>>,
+    /// The parameters that the lines use.
+    pub parameters: Parameters,
     /// The rotation from the last frame (the sensors' own) to the mounting face; `None` where no tilt after the last joint is known or estimated.
     pub mounting: Option<Mounting>,
     /// The largest inputs that the readings of the calibration covered.
     pub span: Span,
 }
 
-/// One sensor and its model line.
-#[derive(Debug, Clone, PartialEq)]
+/// Parameters of a correction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "CorrectionParametersFile")]
+pub struct Parameters {
+    /// Their names, also of the rows and columns of `covariance`.
+    pub order: Vec<String>,
+    /// Their values (tilts in rad).
+    pub values: Vec<f64>,
+    /// Their covariance, estimated and known inputs together, in products of their units; empty where no uncertainty is known.
+    pub covariance: Vec<Vec<f64>>,
+}
+
+/// A sensor of a correction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "CorrectedSensorFile")]
 pub struct CalibratedLine {
-    /// The sensor.
+    /// Its name.
+    #[serde(rename = "id")]
     pub sensor: String,
     /// Unit of its readings.
     pub unit: String,
-    /// Its named axes as direction cosines in the last frame.
-    pub axes: Vec<(String, Vector3<f64>)>,
-    /// `reading = model`.
+    /// Its named axes, as direction cosines in the frame of the inputs.
+    pub axes: BTreeMap<String, [f64; 3]>,
+    /// Its model line.
+    #[schemars(with = "String")]
     pub model: Expression,
 }
 
@@ -59,32 +73,41 @@ vocabulary! {
     }
 }
 
-/// How a corrected record comes by an input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum InputRole {
-    /// The sensors determine it.
-    Solved,
-    /// It must be given with the readings, or else counts as `fallback`.
-    Given,
+/// An input of a correction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "InputFile")]
+pub struct LineInput {
+    /// Its name, for example `w_x`.
+    #[serde(rename = "id")]
+    pub name: String,
+    /// `rate`, `force`, `column` or `angle`.
+    pub quantity: Quantity,
+    /// Unit.
+    pub unit: String,
+    /// Direction of a rate or force in the frame of the inputs, pure numbers whose squares sum to 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<[f64; 3]>,
+    /// Is it solved for? Otherwise it is given with the readings.
+    pub solved: bool,
+    /// Value of a given input where the readings do not give it, in the input's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub otherwise: Option<f64>,
 }
 
-/// An input of the model lines.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LineInput {
-    /// Its name in the lines, for example `w_x`.
-    pub name: String,
-    /// What it is.
-    pub quantity: Quantity,
-    /// Direction in the last frame, for rates and forces.
-    pub direction: Vector3<f64>,
-    /// Solved for, or given.
-    pub role: InputRole,
-    /// The value that is used where none is given: zero for rates and forces, the mean of the calibration's readings for columns.
-    pub fallback: f64,
+impl LineInput {
+    /// Its direction; zero for what has none.
+    pub fn direction(&self) -> Vector3<f64> {
+        self.direction.map_or(Vector3::zeros(), Vector3::from)
+    }
+
+    /// Its value where the readings do not give it.
+    pub(crate) fn fallback(&self) -> f64 {
+        self.otherwise.unwrap_or_default()
+    }
 }
 
 /// How the sensors' frame is turned against the mounting face.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "MountingFile")]
 pub struct Mounting {
     /// The tilts, in chain order.
@@ -114,8 +137,8 @@ pub struct Span {
 
 impl Calibration {
     /// The unit of an input; empty where only its name tells.
-    pub(crate) fn unit_of(&self, input: &LineInput) -> &'static str {
-        match input.quantity {
+    pub(super) fn unit_of(&self, quantity: Quantity) -> &'static str {
+        match quantity {
             Quantity::Rate => self.rate_unit.name(),
             Quantity::Force => self.force_unit.name(),
             Quantity::Column => "",
@@ -130,6 +153,6 @@ impl Calibration {
 
     /// The inputs that are solved for, in order.
     pub(crate) fn solved(&self) -> impl Iterator<Item = &LineInput> {
-        self.inputs.iter().filter(|input| input.role == InputRole::Solved)
+        self.inputs.iter().filter(|input| input.solved)
     }
 }

@@ -1,7 +1,7 @@
 //! Which inputs the sensors of a unit determine, and which must be given with the readings.
 
 use super::bound::{Bound, direction_of};
-use super::calibration::{CalibratedLine, Calibration, InputRole, LineInput, Quantity};
+use super::calibration::{CalibratedLine, Calibration, LineInput, Quantity};
 use crate::campaign::Campaign;
 use crate::elements::Elements;
 use crate::language::sentence;
@@ -45,14 +45,14 @@ pub(super) fn choose(calibration: &mut Calibration, campaign: &Campaign) {
         let line = calibration.lines.remove(k);
         calibration.left_out.insert(0, (line.sensor, why));
     }
-    inputs.sort_by_key(|input| input.role == InputRole::Given);
+    inputs.sort_by_key(|input| !input.solved);
     calibration.inputs = inputs;
 }
 
 fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<LineInput>) {
     for line in &calibration.lines {
         for name in line.model.names() {
-            let known = calibration.parameters.iter().any(|p| p == name) || inputs.iter().any(|i| i.name == name);
+            let known = calibration.parameters.order.iter().any(|p| p == name) || inputs.iter().any(|i| i.name == name);
             if known || direction_of(line, name).is_some() {
                 continue;
             }
@@ -60,12 +60,14 @@ fn columns(calibration: &Calibration, campaign: &Campaign, inputs: &mut Vec<Line
             let values: Vec<f64> = column.map_or(Vec::new(), |k| {
                 campaign.readings.rows.iter().filter_map(|row| row.columns.get(k).copied().flatten()).collect()
             });
+            let quantity = if column.is_some() { Quantity::Column } else { Quantity::Angle };
             inputs.push(LineInput {
                 name: name.to_string(),
-                quantity: if column.is_some() { Quantity::Column } else { Quantity::Angle },
-                direction: Vector3::zeros(),
-                role: InputRole::Given,
-                fallback: if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 },
+                quantity,
+                unit: calibration.unit_of(quantity).into(),
+                direction: None,
+                solved: false,
+                otherwise: Some(if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }),
             });
         }
     }
@@ -81,8 +83,7 @@ fn solved(calibration: &Calibration, quantity: Quantity, group: &[(usize, Vector
     let singular = directions.singular_values();
     if group.len() >= 3 && singular.iter().all(|s| *s > INDEPENDENT * singular.max()) {
         for (axis, direction) in [("x", Vector3::x()), ("y", Vector3::y()), ("z", Vector3::z())] {
-            let name = format!("{prefix}{axis}");
-            inputs.push(LineInput { name, quantity, direction, role: InputRole::Solved, fallback: 0.0 });
+            inputs.push(along(calibration, format!("{prefix}{axis}"), quantity, direction, true));
         }
         return;
     }
@@ -94,7 +95,7 @@ fn solved(calibration: &Calibration, quantity: Quantity, group: &[(usize, Vector
             Some(((*name).to_string(), direction, slope.dot(&direction).abs()))
         });
         if let Some((name, direction, _)) = candidates.max_by(|a, b| a.2.total_cmp(&b.2)) {
-            add(inputs, line, name, quantity, direction, InputRole::Solved);
+            add(inputs, line, along(calibration, name, quantity, direction, true));
         }
     }
 }
@@ -104,25 +105,24 @@ fn given(calibration: &Calibration, inputs: &mut Vec<LineInput>) {
     for line in &calibration.lines {
         for name in line.model.names() {
             if let Some((quantity, direction)) = direction_of(line, name) {
-                add(inputs, line, name.to_string(), quantity, direction, InputRole::Given);
+                add(inputs, line, along(calibration, name.to_string(), quantity, direction, false));
             }
         }
     }
 }
 
+/// A rate or force along a direction.
+fn along(of: &Calibration, name: String, quantity: Quantity, direction: Vector3<f64>, solved: bool) -> LineInput {
+    let (unit, otherwise) = (of.unit_of(quantity).into(), (!solved).then_some(0.0));
+    LineInput { name, quantity, unit, direction: Some(direction.into()), solved, otherwise }
+}
+
 /// Add an input unless those of its quantity fix it already; where another sensor's axis of the same name points elsewhere, with the sensor's name.
-fn add(
-    inputs: &mut Vec<LineInput>,
-    line: &CalibratedLine,
-    name: String,
-    quantity: Quantity,
-    direction: Vector3<f64>,
-    role: InputRole,
-) {
-    let mut orthogonal = direction;
+fn add(inputs: &mut Vec<LineInput>, line: &CalibratedLine, mut input: LineInput) {
+    let mut orthogonal = input.direction();
     let mut basis: Vec<Vector3<f64>> = Vec::new();
-    for input in inputs.iter().filter(|i| i.quantity == quantity) {
-        let mut v = input.direction;
+    for other in inputs.iter().filter(|other| other.quantity == input.quantity) {
+        let mut v = other.direction();
         basis.iter().for_each(|b| v -= b * b.dot(&v));
         if v.norm() > INDEPENDENT {
             basis.push(v / v.norm());
@@ -132,6 +132,8 @@ fn add(
     if orthogonal.norm() <= INDEPENDENT {
         return;
     }
-    let name = if inputs.iter().any(|input| input.name == name) { format!("{name}_{}", line.sensor) } else { name };
-    inputs.push(LineInput { name, quantity, direction, role, fallback: 0.0 });
+    if inputs.iter().any(|other| other.name == input.name) {
+        input.name = format!("{}_{}", input.name, line.sensor);
+    }
+    inputs.push(input);
 }

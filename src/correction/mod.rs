@@ -26,8 +26,8 @@ mod solve;
 mod triad;
 mod validity;
 
-pub(crate) use calibration::{CalibratedLine, LineInput, Mounting, Span};
-pub use calibration::{Calibration, InputRole, Quantity};
+pub(crate) use calibration::{CalibratedLine, LineInput, Mounting, Parameters, Span};
+pub use calibration::{Calibration, Quantity};
 pub use mount::ToMount;
 pub use solve::Corrector;
 pub(crate) use validity::{Linearity, linearity};

@@ -52,7 +52,7 @@ impl ToMount {
         Ok(ToMount {
             rotation: blocks(&mounting.rotation),
             by_tilt: mounting.by_tilt.iter().map(blocks).collect(),
-            covariance: (!calibration.covariance.is_empty()).then(|| joint(calibration, mounting)),
+            covariance: (!calibration.parameters.covariance.is_empty()).then(|| joint(calibration, mounting)),
         })
     }
 
@@ -81,8 +81,8 @@ impl ToMount {
 
 /// The covariance of parameters and tilts; of the parameters alone where that of the tilts is not known (the rotation then counts as exact).
 fn joint(calibration: &Calibration, mounting: &Mounting) -> DMatrix<f64> {
-    let n = calibration.parameters.len();
-    let (terms, tilts) = (calibration.covariance.as_slice(), mounting.covariance.as_slice());
+    let n = calibration.parameters.order.len();
+    let (terms, tilts) = (calibration.parameters.covariance.as_slice(), mounting.covariance.as_slice());
     DMatrix::from_fn(n + tilts.len(), n + tilts.len(), |i, j| match (i.checked_sub(n), j.checked_sub(n)) {
         (None, None) => terms.at(i).at(j),
         (Some(i), _) => tilts.at(i).at(j),

@@ -5,7 +5,7 @@
 )]
 
 use super::bound::{Bound, Slot, State};
-use super::calibration::{Calibration, InputRole, LineInput, Quantity};
+use super::calibration::{Calibration, LineInput, Quantity};
 use crate::algebra::Scratch;
 use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
@@ -65,8 +65,8 @@ impl Corrector {
         let mut corrector = Corrector {
             bound,
             inputs: calibration.inputs.clone(),
-            parameters: calibration.values.clone(),
-            covariance: square(&calibration.covariance),
+            parameters: calibration.parameters.values.clone(),
+            covariance: square(&calibration.parameters.covariance),
             bias: DVector::zeros(0),
             sensitivity: DMatrix::zeros(0, 0),
             matrix: DMatrix::zeros(0, 0),
@@ -86,7 +86,7 @@ impl Corrector {
 
     /// How many inputs are solved for.
     pub(crate) fn solved(&self) -> usize {
-        self.inputs.iter().filter(|i| i.role == InputRole::Solved).count()
+        self.inputs.iter().filter(|i| i.solved).count()
     }
 
     /// Readings at zero input, one for each sensor.
@@ -119,7 +119,7 @@ impl Corrector {
 
     /// The values of given inputs where none are given, one value for each of them.
     pub(crate) fn fallbacks(&self) -> Vec<f64> {
-        self.inputs.iter().filter(|i| i.role == InputRole::Given).map(|i| i.fallback).collect()
+        self.inputs.iter().filter(|i| !i.solved).map(|i| i.fallback()).collect()
     }
 
     /// Given values with the fallbacks of those that are not there.
@@ -208,10 +208,7 @@ impl Corrector {
         room.clear();
         let (mut next_solved, mut next_given) = (inputs.iter(), given.iter());
         for (input, (by_rate, by_force)) in self.inputs.iter().zip(&self.parts) {
-            let value = match input.role {
-                InputRole::Solved => next_solved.next(),
-                InputRole::Given => next_given.next(),
-            };
+            let value = if input.solved { next_solved.next() } else { next_given.next() };
             let value = value.copied().unwrap_or(f64::NAN); // fewer than there are: no value
             rate += by_rate * value;
             force += by_force * value;
@@ -239,7 +236,7 @@ impl Corrector {
         self.each_line(inputs, given, |i, bound, value, gradient| {
             at[i] = value;
             let (by_rate, by_force) = bound.by_input(gradient);
-            let solved = self.inputs.iter().zip(&self.parts).filter(|(input, _)| input.role == InputRole::Solved);
+            let solved = self.inputs.iter().zip(&self.parts).filter(|(input, _)| input.solved);
             for (j, (_, (rate, force))) in solved.enumerate() {
                 slopes[(i, j)] = by_rate.dot(rate) + by_force.dot(force);
             }
@@ -271,13 +268,13 @@ fn parts(inputs: &[LineInput]) -> Vec<(Vector3<f64>, Vector3<f64>)> {
         if which.is_empty() {
             continue;
         }
-        let directions = DMatrix::from_fn(which.len(), 3, |i, j| inputs[which[i]].direction[j]);
+        let directions = DMatrix::from_fn(which.len(), 3, |i, j| inputs[which[i]].direction()[j]);
         let perpendicular = (0..which.len())
-            .all(|i| (0..i).all(|j| inputs[which[i]].direction.dot(&inputs[which[j]].direction).abs() < 1e-15));
+            .all(|i| (0..i).all(|j| inputs[which[i]].direction().dot(&inputs[which[j]].direction()).abs() < 1e-15));
         let inverse = match perpendicular {
             // directions that are perpendicular are their own inverse, without rounding
             true => DMatrix::from_fn(3, which.len(), |i, j| {
-                let direction = inputs[which[j]].direction;
+                let direction = inputs[which[j]].direction();
                 direction[i] / direction.norm_squared()
             }),
             // the singular value decomposition of at most a few unit rows cannot fail on finite numbers; zeros would say so in the readings

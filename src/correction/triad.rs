@@ -15,6 +15,7 @@ use crate::bench::{Bench, ForceUnit, RateUnit, Sensor};
 use crate::elements::{Elements, OrNan};
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
 /// What a norm says of its readings: a line for each, its parameters with their slopes by the calibrated ones.
 pub(super) struct Triad {
@@ -84,7 +85,7 @@ impl Triad {
             lines.push(CalibratedLine {
                 sensor: (*column).to_string(),
                 unit: String::new(),
-                axes: Vec::new(),
+                axes: BTreeMap::new(),
                 model: Expression::parse(&line).ok()?,
             });
         }

@@ -56,7 +56,6 @@ pub struct Gap {
 /// The evidence with some effects in the model.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "StepReport")]
-#[non_exhaustive]
 pub struct Step {
     /// Effects in the model.
     pub with: Vec<String>,

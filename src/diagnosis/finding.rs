@@ -23,7 +23,6 @@ use std::collections::BTreeMap;
 /// Another effect that explains the same.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "AliasReport")]
-#[non_exhaustive]
 pub struct Alias {
     /// Its regressor.
     pub regressor: String,
@@ -440,7 +439,6 @@ pub(super) fn missed(campaign: &Campaign, after: &Fit, finding: &mut Finding) {
 /// The gap with some effects in the model.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "GapStepReport")]
-#[non_exhaustive]
 pub struct GapStep {
     /// Effects in the model.
     pub with: Vec<String>,

@@ -34,7 +34,6 @@ use std::collections::HashMap;
 /// The rule behind every smallest size: `minimal = noncentrality u`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "RuleReport")]
-#[non_exhaustive]
 pub struct Rule {
     /// Probability of naming anything when nothing is missing, over all tests.
     pub significance: f64,
@@ -96,7 +95,6 @@ pub struct Prospect {
 
 /// Two groups that are easily taken for each other.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[non_exhaustive]
 pub struct Near {
     /// The other group, from 0.
     pub group: usize,
@@ -109,7 +107,6 @@ pub struct Near {
 /// A family of effects that was passed over.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "PassedOverReport")]
-#[non_exhaustive]
 pub struct PassedOver {
     /// Its name.
     pub name: String,

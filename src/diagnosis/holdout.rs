@@ -21,7 +21,6 @@ const MOST_SCATTERED: usize = 3000;
 /// Leave-one-position-out prediction.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "HoldoutReport")]
-#[non_exhaustive]
 pub struct Holdout {
     /// Positions predicted from the others.
     pub positions: usize,

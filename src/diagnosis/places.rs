@@ -47,7 +47,6 @@ pub struct Place {
 /// Mean residual at one state of the joints.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "CellReport")]
-#[non_exhaustive]
 pub struct PlaceMean {
     /// The state.
     pub at: BTreeMap<String, f64>,

@@ -1,28 +1,20 @@
 //! Text into HTML.
 
 use super::xml;
+use crate::language::runs;
 
 /// Code up to this length stays on one line.
 const SHORT: usize = 30;
 
 /// Escape a text and set what stands between a pair of backticks in code type.
 pub(super) fn inline(text: &str) -> String {
-    let parts: Vec<&str> = text.split('`').collect();
-    let mut html = String::with_capacity(text.len() + 16);
-    for (k, part) in parts.iter().enumerate() {
-        let escaped = escape(part);
-        // an odd part is code, unless its closing backtick is missing
-        match (k % 2 == 1, k + 1 < parts.len()) {
-            // short code is not broken, so that an option keeps its dashes
-            (true, true) if part.chars().count() <= SHORT => {
-                html.push_str(&format!("<code class=\"short\">{escaped}</code>"));
-            }
-            (true, true) => html.push_str(&format!("<code>{escaped}</code>")),
-            (true, false) => html.push_str(&format!("`{escaped}")),
-            _ => html.push_str(&escaped),
-        }
-    }
-    html
+    let run = |(is_code, run): (bool, String)| match is_code {
+        false => escape(&run),
+        // short code is not broken, so that an option keeps its dashes
+        true if run.chars().count() <= SHORT => format!("<code class=\"short\">{}</code>", escape(&run)),
+        true => format!("<code>{}</code>", escape(&run)),
+    };
+    runs(text).into_iter().map(run).collect()
 }
 
 /// A number from -1 to 1 as a bar about a middle line; nothing for what is no number.

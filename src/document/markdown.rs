@@ -2,7 +2,7 @@
 
 use super::wrap::columns;
 use super::{Align, Cell, Content, Document, MarkedLine, Section, Table, Tone};
-use crate::language::Language;
+use crate::language::{Language, runs};
 use crate::number;
 
 /// A document as Markdown (CommonMark with tables).
@@ -143,23 +143,14 @@ fn table(table: &Table) -> Vec<String> {
     parts
 }
 
-/// Escape what markdown would take for markup, outside code; in code only what would end the code or the cell.
+/// Escape what markdown would take for markup, outside code; code stands between more backticks than it has.
 fn inline(text: &str) -> String {
-    let text = one_line(text);
-    let parts: Vec<&str> = text.split('`').collect();
-    let mut out = String::with_capacity(text.len() + 8);
-    for (k, part) in parts.iter().enumerate() {
-        match (k % 2 == 1, k + 1 < parts.len()) {
-            (true, true) => out.push_str(&format!("`{}`", part.replace('|', "\\|"))),
-            (odd, _) => {
-                if odd {
-                    out.push_str("\\`");
-                }
-                out.push_str(&plain(part));
-            }
-        }
-    }
-    out
+    let run = |(is_code, run): (bool, String)| match (is_code, run.contains('`')) {
+        (false, _) => plain(&run),
+        (true, false) => format!("`{}`", run.replace('|', "\\|")),
+        (true, true) => format!("``` {} ```", run.replace('|', "\\|")),
+    };
+    runs(&one_line(text)).into_iter().map(run).collect()
 }
 
 fn plain(text: &str) -> String {
@@ -168,7 +159,7 @@ fn plain(text: &str) -> String {
     for (k, c) in letters.iter().enumerate() {
         let inside_word = |k: usize| letters.get(k).is_some_and(|c| c.is_alphanumeric());
         let markup = match c {
-            '\\' | '*' | '|' | '<' | '[' | ']' => true,
+            '\\' | '`' | '*' | '|' | '<' | '[' | ']' => true,
             // an underscore inside a word is no emphasis
             '_' => !(k > 0 && inside_word(k - 1) && inside_word(k + 1)),
             '#' => k == 0,

@@ -2,6 +2,7 @@
 
 use super::number::{probability, rounded, significant};
 use super::{Detail, Tone};
+use crate::language::code;
 
 /// A table.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -82,7 +83,7 @@ pub enum Cell {
 impl Cell {
     /// A name in code type.
     pub fn name(name: impl AsRef<str>) -> Self {
-        Cell::Text(format!("`{}`", name.as_ref()))
+        Cell::Text(code(name.as_ref()))
     }
 
     /// What does not exist.
@@ -154,39 +155,21 @@ impl Cell {
     }
 }
 
-impl From<String> for Cell {
-    fn from(text: String) -> Self {
-        Cell::Text(text)
-    }
+macro_rules! texts {
+    ($($of:ty),*) => {
+        $(impl From<$of> for Cell {
+            fn from(of: $of) -> Self {
+                Cell::Text(of.to_string())
+            }
+        })*
+    };
 }
 
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Cell::Text(text.into())
-    }
-}
-
-impl From<&String> for Cell {
-    fn from(text: &String) -> Self {
-        Cell::Text(text.clone())
-    }
-}
-
-impl From<usize> for Cell {
-    fn from(count: usize) -> Self {
-        Cell::Text(count.to_string())
-    }
-}
+texts!(String, &str, &String, usize, std::borrow::Cow<'_, str>);
 
 impl<C: Into<Cell>> From<Option<C>> for Cell {
     fn from(value: Option<C>) -> Self {
         value.map_or_else(Cell::absent, Into::into)
-    }
-}
-
-impl From<std::borrow::Cow<'_, str>> for Cell {
-    fn from(text: std::borrow::Cow<'_, str>) -> Self {
-        Cell::Text(text.into_owned())
     }
 }
 

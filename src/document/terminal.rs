@@ -2,7 +2,7 @@
 
 use super::wrap::{self, WIDTH};
 use super::{Align, Cell, Content, Detail, Document, MarkedLine, Section, Tone, markdown};
-use crate::language::{Language, say};
+use crate::language::{Language, bare, say};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 
 /// A document as the program prints it: what appears at this detail. Of rows that are left out it says which option shows them.
@@ -114,6 +114,11 @@ fn facts(list: &[(String, String)], lang: Language) -> String {
     list.iter().map(fact).collect()
 }
 
+/// A table by itself.
+pub(crate) fn alone(rows: impl Into<super::Table>, lang: Language) -> String {
+    table(&rows.into(), Shown { detail: Detail::Brief, lang, has_options: true })
+}
+
 fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> String {
     let most = table.brief_rows.filter(|_| detail < Detail::Full).unwrap_or(usize::MAX);
     let texts = |detail: Detail| -> (Vec<&super::Column>, Vec<Vec<String>>) {
@@ -131,7 +136,9 @@ fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> St
         (shown.iter().filter_map(|k| table.columns.get(*k)).collect(), rows)
     };
     let (mut columns, mut rows) = texts(detail.max(Detail::Roomy));
-    if natural_width(&columns, &rows) > WIDTH {
+    let widest = |(k, column): (usize, &&super::Column)| Column::of(k, &bare(&column.title), &rows, false).widest;
+    let natural = columns.iter().enumerate().map(widest).sum::<usize>();
+    if natural + columns.len().saturating_sub(1) > WIDTH {
         (columns, rows) = texts(detail);
     }
     let titles: Vec<String> = columns.iter().map(|column| bare(&column.title)).collect();
@@ -150,14 +157,6 @@ fn table(table: &super::Table, Shown { detail, lang, has_options }: Shown) -> St
     text
 }
 
-fn natural_width(columns: &[&super::Column], rows: &[Vec<String>]) -> usize {
-    let widest = |(k, column): (usize, &&super::Column)| {
-        let cells = rows.iter().filter_map(move |row| row.get(k)).map(|cell| wrap::columns(cell));
-        cells.max().unwrap_or(0).max(wrap::columns(&bare(&column.title)))
-    };
-    columns.iter().enumerate().map(widest).sum::<usize>() + columns.len().saturating_sub(1)
-}
-
 /// What marks a row that is not in order.
 fn mark(tone: Tone) -> &'static str {
     match tone {
@@ -166,23 +165,11 @@ fn mark(tone: Tone) -> &'static str {
     }
 }
 
-/// A text without the backticks that set its names in code type.
-fn bare(text: &str) -> String {
-    if text.matches('`').count().is_multiple_of(2) { text.replace('`', "") } else { text.to_string() }
-}
-
 /// Spaces between two columns, and where the table would be too wide.
 const GAPS: [usize; 2] = [2, 1];
 
-/// A table without frame: a header, a rule, rows; columns of numbers to the right. A table wider than the line stands closer,
-/// breaks its columns of text at spaces and, where that does not suffice, continues below, beside the columns that name its rows.
-pub(crate) fn plain(header: &[&str], rows: &[Vec<String>]) -> String {
-    let cells = |k: usize| rows.iter().filter_map(move |row| row.get(k)).map(String::as_str);
-    let right: Vec<bool> = (0..header.len()).map(|k| !rows.is_empty() && cells(k).all(looks_numeric)).collect();
-    set(header, rows, &right)
-}
-
-/// The same with columns to the right as told.
+/// A table without frame: a header, a rule, rows. A table wider than the line stands closer, breaks its columns of text at spaces and, where that does not
+/// suffice, continues below, beside the columns that name its rows.
 fn set(header: &[&str], rows: &[Vec<String>], right: &[bool]) -> String {
     let right = |k: usize| right.get(k).copied().unwrap_or_default();
     let columns: Vec<Column> =
@@ -303,11 +290,4 @@ fn framed(columns: &[Column], block: &[usize], gap: usize, header: &[&str], rows
         }
     }
     text
-}
-
-fn looks_numeric(cell: &str) -> bool {
-    cell.is_empty()
-        || cell == "-"
-        || cell == "inf"
-        || cell.trim_start_matches('<').trim_end_matches(" %").parse::<f64>().is_ok()
 }

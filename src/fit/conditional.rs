@@ -17,7 +17,6 @@ use std::collections::BTreeMap;
 /// A closed circle that disagrees with the others.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "CircleReport")]
-#[non_exhaustive]
 pub struct Circle {
     /// The sensor.
     pub sensor: String,
@@ -30,7 +29,6 @@ pub struct Circle {
 /// What depends on the value at which a parameter is held that is not estimable.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "ConditionalReport")]
-#[non_exhaustive]
 pub struct Conditional {
     /// The parameter that is held.
     pub held: String,

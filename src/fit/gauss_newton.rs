@@ -73,7 +73,6 @@ impl Stop {
 /// One iteration.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "IterationReport")]
-#[non_exhaustive]
 pub struct Iteration {
     /// Weighted sum of squares before the step, in the square of the unit of `residual_sd`.
     pub sum_of_squares: f64,

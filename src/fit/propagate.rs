@@ -9,7 +9,6 @@ use crate::uncertainty::monte_carlo::{KnownInput, Model, Output, Propagated, mon
 
 /// Monte Carlo of a fit beside the first order: its outputs are the estimable parameters, then the derived quantities that have a value.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
-#[non_exhaustive]
 pub struct Drawn {
     /// Trials that gave finite values.
     pub trials: usize,
@@ -29,7 +28,6 @@ pub struct Drawn {
 /// One output of the Monte Carlo.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "DrawnReport")]
-#[non_exhaustive]
 pub struct DrawnOutput {
     /// Name of the parameter or derived quantity.
     pub id: String,
@@ -52,7 +50,6 @@ pub struct DrawnOutput {
 /// Several outputs together.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "JointReport")]
-#[non_exhaustive]
 pub struct Joint {
     /// Their order.
     #[serde(rename = "order")]

@@ -194,7 +194,7 @@ impl Language {
 
     /// Names as prose, each in code type: `a` and `b`; `none` where there are none.
     pub(crate) fn names<T: AsRef<str>>(self, names: impl IntoIterator<Item = T>) -> String {
-        let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", name.as_ref())).collect();
+        let names: Vec<String> = names.into_iter().map(|name| code(name.as_ref())).collect();
         if names.is_empty() { say!(self, "none").into() } else { self.list(&names) }
     }
 
@@ -260,6 +260,41 @@ impl Language {
         let stop = if ended || clause.is_empty() { "" } else { self.word("mark-stop") };
         format!("{begin}{}{stop}", letters.as_str())
     }
+}
+
+/// A name in code type, its own backticks doubled; one without a letter stays as it is.
+pub(crate) fn code(name: &str) -> String {
+    let (mark, doubled) = (if name.trim_matches('`').is_empty() { "" } else { "`" }, name.replace('`', "``"));
+    format!("{mark}{doubled}{mark}")
+}
+
+/// The runs of a text: is it in code type, and its letters. What stands between two backticks is; two in a row are one that belongs to the text, and so is
+/// one without its pair.
+pub(crate) fn runs(text: &str) -> Vec<(bool, String)> {
+    let (mut runs, mut is_code, mut run, mut rest) = (Vec::new(), false, String::new(), text);
+    while let Some((before, marked)) = rest.find('`').map(|at| rest.split_at(at)) {
+        let after = marked.trim_start_matches('`');
+        let marks = marked.len() - after.len();
+        let is_paired = is_code || after.split(|c| c != '`').any(|marks| marks.len() % 2 == 1);
+        let own = "`".repeat(if is_paired { marks / 2 } else { marks.div_ceil(2) });
+        run += before;
+        run += if is_code { own.as_str() } else { "" };
+        if marks % 2 == 1 && is_paired {
+            runs.push((is_code, std::mem::take(&mut run)));
+            is_code = !is_code;
+            run += if is_code { own.as_str() } else { "" };
+        } else if !is_code {
+            run += &own;
+        }
+        rest = after;
+    }
+    runs.push((is_code, run + rest));
+    runs
+}
+
+/// A text without what sets its names in code type.
+pub(crate) fn bare(text: &str) -> String {
+    runs(text).into_iter().map(|(_, run)| run).collect()
 }
 
 /// Something that is made once for each language.

@@ -90,7 +90,6 @@ pub struct Suspect {
 /// The gap with some of the causes that were found.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "NavigationGapStepReport")]
-#[non_exhaustive]
 pub struct GapStep {
     /// The causes.
     pub with: Vec<String>,

@@ -9,7 +9,6 @@ use crate::elements::Elements;
 /// The gap in one channel of one run.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "ChannelReport")]
-#[non_exhaustive]
 pub struct ChannelGap {
     /// Name of the motion.
     pub motion: String,

@@ -49,7 +49,6 @@ pub struct Flown {
 /// Ratios of one scenario; null where the first motion has no such error.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "RatioReport")]
-#[non_exhaustive]
 pub struct Ratio {
     /// The scenario.
     pub scenario: String,

@@ -100,7 +100,6 @@ pub struct Change {
 /// Agreement of the fitted coefficients with the Allan variances.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "AgreementReport")]
-#[non_exhaustive]
 pub struct Agreement {
     /// Generalized sum of squares.
     pub chi_square: f64,

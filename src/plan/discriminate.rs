@@ -17,7 +17,7 @@
 use super::blocks::{invert, times};
 use super::candidates::{Unit, portions};
 use super::effort::{Offer, planned};
-use super::improve::Improvement;
+use super::improve::{Improvement, SearchRecord};
 use super::judge::check_question;
 use super::objective::{Combinations, Objective};
 use super::order::ordered;
@@ -112,12 +112,12 @@ pub fn separate(campaign: &Campaign, offer: &Offer, terms: [&Term; 2], request: 
     let all = campaign.with_readings(planned(campaign, &Readings { columns: kept.columns, rows }));
     let schedule =
         campaign.with_readings(ordered(&all, &offer.noise, &offer.costs, request.order, request.seed, stays)?);
+    let (hits, starts) = (discrimination.hits, request.starts.max(1));
     Ok(Separated {
         before: discrimination.before,
         after: discrimination.after,
         improvement: Improvement {
-            hits: discrimination.hits,
-            starts: request.starts.max(1),
+            search: SearchRecord { hits, starts, ..SearchRecord::default() },
             ..Improvement::of(schedule, offer, offer.candidates.rows.len(), stays)?
         },
     })

@@ -207,7 +207,6 @@ impl Default for Costs {
 /// Work of a schedule.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "WorkReport")]
-#[non_exhaustive]
 pub struct Work {
     /// Readings.
     pub readings: usize,

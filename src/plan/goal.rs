@@ -6,7 +6,7 @@ use super::blocks::Blocks;
 use super::bound::bound;
 use super::criterion::{gradients_of, no_result};
 use super::effort::Offer;
-use super::improve::Improvement;
+use super::improve::{Improvement, SearchRecord};
 use super::judge::{Judgement, is_angle};
 use super::objective::Objective;
 use super::pool::Pool;
@@ -42,7 +42,6 @@ pub struct Reached {
 /// Whether a goal was reached.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "GoalReport")]
-#[non_exhaustive]
 pub struct GoalOutcome {
     /// Limit of each parameter and derived quantity that is counted, in its unit (arcsec for angles).
     pub limits: BTreeMap<String, f64>,
@@ -123,7 +122,8 @@ pub fn reach(campaign: &Campaign, offer: &Offer, request: &Request, goals: &[Goa
         impossible,
     };
     let Outcome { hits, starts, .. } = outcome;
-    Ok(Reached { improvement: Improvement { refined, hits, starts, ..made }, goal })
+    let search = SearchRecord { refined, hits, starts, ..SearchRecord::default() };
+    Ok(Reached { improvement: Improvement { search, ..made }, goal })
 }
 
 fn largest_share(judgement: &Judgement, goals: &[Goal]) -> Option<f64> {

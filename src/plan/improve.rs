@@ -20,6 +20,8 @@ use crate::campaign::{Campaign, JointState, Reading, Readings};
 use crate::error::{Fault, Malformed, Result};
 use crate::fit::RankDefect;
 use crate::number;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// Choices with smaller and smaller budgets, until the way between the positions is affordable as well.
 const ROUNDS: usize = 24;
@@ -39,27 +41,39 @@ pub struct Improvement {
     pub kept: usize,
     /// Why each chosen mounting is there, by its label.
     pub reasons: Vec<Reason>,
-    /// What the chosen ones might cost, where that was limited.
-    pub limit: Option<f64>,
-    /// At least this share of what the best conceivable weights reach: `(det M / det M*)^(1/n)` for D, `tr*/tr` for A and C, `max*/max` for G.
-    pub efficiency: Option<f64>,
-    /// How far the bound behind it may be off, as a share: the criterion of the weights less the bound. A larger shortfall means
-    /// that so few readings cannot follow the weights.
-    pub bound_gap: Option<f64>,
-    /// Designs that there are, where all of them were tried: none is better.
-    pub enumerated: Option<u64>,
-    /// Starts that ended at the best value.
-    pub hits: usize,
-    /// Starts that were made.
-    pub starts: usize,
-    /// What moving the angles between the candidates brought; efficiency and enumeration speak of the choice among the candidates before it.
-    pub refined: Option<Refined>,
+    /// How it was searched, and how near the optimum it is.
+    pub search: SearchRecord,
     /// Criterion from the rows of the final schedule against the one that the exchange had, as a relative difference; not where angles moved.
     pub check: Option<f64>,
     /// What even all candidates together do not determine.
     pub unreachable: Vec<RankDefect>,
     /// Columns that differ in the schedule and have one value in all candidates, with that value.
     pub frozen: Vec<(String, f64)>,
+}
+
+/// The record of a search.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct SearchRecord {
+    /// What the chosen ones might cost at most, where that was limited, in the unit of the costs.
+    #[serde(default)]
+    pub cost_limit: Option<f64>,
+    /// Designs that there are, where all of them were tried: none is better.
+    #[serde(default)]
+    pub enumerated: Option<u64>,
+    /// At least this share of the best possible choice of these candidates (within the budget, where there is one); null where no bound is
+    /// known (goal, two effects).
+    // `(det M / det M*)^(1/n)` for D, `tr*/tr` for A and C, `max*/max` for G
+    pub efficiency: Option<f64>,
+    /// How loose that bound may be, as a share; a larger shortfall means that so few portions cannot follow the best weights.
+    pub bound_gap: Option<f64>,
+    /// What moving the angles between the candidates brought; absent where that was not asked for. Efficiency and enumeration are those of the
+    /// choice among the candidates.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refined: Option<Refined>,
+    /// Starts of the exchange.
+    pub starts: usize,
+    /// Starts that ended at this schedule's value.
+    pub hits: usize,
 }
 
 /// Choose the best positions; those that the offer keeps stay, and their information is counted.
@@ -90,15 +104,17 @@ pub fn improve(campaign: &Campaign, offer: &Offer, request: &Request) -> Result<
         let total = spent(&plan) + way(&plan);
         least = least.min(total);
         if total <= budget * (1.0 + 1e-12) {
-            return Ok(Improvement { limit: plan.limit.map(|_| budget), ..plan });
+            let cost_limit = plan.search.cost_limit.map(|_| budget);
+            return Ok(Improvement { search: SearchRecord { cost_limit, ..plan.search }, ..plan });
         }
         // another choice has another way: not all at once
         within = (budget - way(&plan)).clamp(0.85 * within, 0.98 * within);
         // the first proof is for the whole budget
         let Ok((next, proof_within)) = question.best(&objective, Some(within), false) else { break };
         let efficiency = proof.share_of(proof_within.value);
-        let enumerated = next.enumerated.filter(|_| efficiency.is_some_and(|share| share >= 1.0));
-        plan = Improvement { efficiency, bound_gap: first.bound_gap, enumerated, ..next };
+        let enumerated = next.search.enumerated.filter(|_| efficiency.is_some_and(|share| share >= 1.0));
+        let search = SearchRecord { efficiency, bound_gap: first.search.bound_gap, enumerated, ..next.search };
+        plan = Improvement { search, ..next };
     }
     if request.may_cost_more {
         return Ok(plan);
@@ -121,13 +137,7 @@ impl Improvement {
             chosen: schedule.readings.rows.len().saturating_sub(kept),
             kept,
             reasons: Vec::new(),
-            limit: None,
-            efficiency: None,
-            bound_gap: None,
-            enumerated: None,
-            hits: 0,
-            starts: 0,
-            refined: None,
+            search: SearchRecord::default(),
             check: None,
             unreachable: Vec::new(),
             frozen: Vec::new(),
@@ -221,8 +231,8 @@ impl<'a> Question<'a> {
             None => guide.as_ref().and_then(|bound| Some(1.0 - proof.share_of(bound.reached)?)),
         };
         let rows = self.rows(&design.chosen);
-        let improvement = match self.refined(&rows, objective, None)? {
-            Some((moved, what)) => Improvement { refined: Some(what), ..self.made(&moved)? },
+        let (improvement, refined) = match self.refined(&rows, objective, None)? {
+            Some((moved, what)) => (self.made(&moved)?, Some(what)),
             None => {
                 let made = self.made(&rows)?;
                 let fresh = pool.value(&made.schedule, &made.schedule.readings, &self.offer.noise, objective)?;
@@ -231,11 +241,12 @@ impl<'a> Question<'a> {
                     Objective::Determinant => (value - design.value).abs() / self.campaign.unknowns() as f64,
                     _ => (value / design.value - 1.0).abs(),
                 });
-                Improvement { check, ..made }
+                (Improvement { check, ..made }, None)
             }
         };
-        let efficiency = proof.share_of(design.value);
-        Ok((Improvement { limit, efficiency, bound_gap, enumerated, hits, starts, ..improvement }, proof))
+        let (cost_limit, efficiency) = (limit, proof.share_of(design.value));
+        let search = SearchRecord { cost_limit, enumerated, efficiency, bound_gap, refined, starts, hits };
+        Ok((Improvement { search, ..improvement }, proof))
     }
 }
 
@@ -310,9 +321,8 @@ fn too_poor(budget: f64, pool: &Pool, enough: Option<f64>) -> Malformed {
 }
 
 /// What would be lost without one mounting.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "ReasonReport")]
-#[non_exhaustive]
 pub struct Reason {
     /// Label of the mounting.
     pub position: String,
@@ -363,9 +373,8 @@ fn reasons(schedule: &Campaign, noise: &Noise, kept: usize) -> Result<Vec<Reason
 }
 
 /// Angles moved between the candidates.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "RefinedReport")]
-#[non_exhaustive]
 pub struct Refined {
     /// Angles were moved in multiples of this, in degrees.
     pub resolution_deg: f64,

@@ -35,7 +35,6 @@ use serde::{Deserialize, Serialize};
 /// Prediction for one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "PredictedReport")]
-#[non_exhaustive]
 pub struct Predicted {
     /// Its name.
     pub id: String,
@@ -316,7 +315,6 @@ pub(super) fn shifts<'a>(times: &[f64], parts: impl Iterator<Item = &'a [f64]>) 
 /// Prediction for one derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "PredictedDerivedReport")]
-#[non_exhaustive]
 pub struct PredictedDerived {
     /// Its name.
     pub id: String,
@@ -440,7 +438,6 @@ const FOR_EXAMPLE: f64 = 100.0 * std::f64::consts::PI / 648_000.0;
 /// What a known input's uncertainty does through the tilts.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "ThroughTiltsReport")]
-#[non_exhaustive]
 pub struct ThroughTilts {
     /// Size of the tilts in arcseconds: as stated, or an example.
     pub tilts_arcsec: f64,

@@ -66,7 +66,7 @@ pub(crate) use effort::{NoiseSource, SensorNoise, Work, grouped, mounting, mount
 pub use goal::{Goal, reach};
 pub(crate) use goal::{GoalOutcome, Reached};
 pub use improve::improve;
-pub(crate) use improve::{Improvement, Reason, Refined};
+pub(crate) use improve::{Improvement, Reason, SearchRecord};
 pub use judge::judge;
 pub(crate) use judge::{Judgement, Predicted, PredictedDerived, ThroughTilts, gradients, is_angle, repeated};
 pub use objective::{Combinations, Objective};

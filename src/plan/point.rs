@@ -84,7 +84,6 @@ pub fn judged_at(campaign: &Campaign, given: &[(String, f64)], fitted: Option<&F
 /// What cannot be predicted at the point of evaluation although it could be nearby.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "LackingReport")]
-#[non_exhaustive]
 pub struct Lacking {
     /// Parameters whose uncertainty cannot be predicted.
     pub untold: Vec<String>,

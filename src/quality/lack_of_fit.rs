@@ -15,7 +15,6 @@ use faer::{Mat, MatRef, Side};
 /// The test for lack of fit.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "LackOfFitReport")]
-#[non_exhaustive]
 pub struct LackOfFit {
     /// F, a pure number: `(between / between_dof) / pure_error_sd^2`.
     pub f: Option<f64>,

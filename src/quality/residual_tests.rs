@@ -13,7 +13,6 @@ const SUMMED: usize = 1000;
 /// The runs test.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "RunsReport")]
-#[non_exhaustive]
 pub struct RunsTest {
     /// Runs of equal sign.
     pub runs: usize,
@@ -116,7 +115,6 @@ pub(crate) fn runs_of(positive: usize, negative: usize, runs: usize) -> Option<R
 /// The test of normality.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "NormalityReport")]
-#[non_exhaustive]
 pub struct NormalityTest {
     /// Shapiro-Francia W'.
     pub w: f64,

@@ -28,7 +28,6 @@ pub struct Stretch {
 /// A step of the times that is none from one sample to the next.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "JumpReport")]
-#[non_exhaustive]
 pub struct Jump {
     /// What it looks like.
     pub kind: JumpKind,

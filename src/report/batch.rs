@@ -9,10 +9,10 @@ use crate::batch::{
 use crate::campaign::{Campaign, Decision, Limited};
 use crate::document::chart::{Chart, Control, Distribution};
 use crate::document::number::{level, rounded, significant};
-use crate::document::terminal::plain;
+use crate::document::terminal::alone;
 use crate::document::{Cell, Detail, Document, Figure, Rows, Section, Tone};
 use crate::fit;
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -70,7 +70,6 @@ pub struct BatchReport {
 
 /// A test of every device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ChanceReport {
     /// Devices that could be tested.
     pub tested: usize,
@@ -84,7 +83,6 @@ pub struct ChanceReport {
 
 /// Devices by conformity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConformityCounts {
     /// `simple`, `guard-u` or `risk`.
     pub decision: Decision,
@@ -98,7 +96,6 @@ pub struct ConformityCounts {
 
 /// A quantity over the accepted devices, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct DistributionReport {
     /// Name.
     pub id: String,
@@ -113,7 +110,6 @@ pub struct DistributionReport {
 
 /// A lot or a date.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct LotReport {
     /// Its name.
     pub name: String,
@@ -246,37 +242,26 @@ pub fn batch_report(campaign: &Campaign, settings: &fit::Settings, by: &str, sum
     }
 }
 
+/// Letters of a reason that a table has: the file of rows has all.
+const LETTERS: usize = 60;
+
 /// Rows as a table for a terminal.
 pub fn batch_rows(campaign: &Campaign, by: &str, rows: &[Row], lang: Language) -> String {
-    let names = batch_quantities(campaign);
-    let mut header: Vec<&str> = vec![by, say!(lang, "verdict")];
-    let limited = !campaign.limits.is_empty();
-    if limited {
-        header.push(say!(lang, "limits"));
+    let mut table =
+        Rows::of(rows).name(by, |row| &row.label).left(say!(lang, "verdict"), |row| lang.term(row.verdict.name()));
+    if !campaign.limits.is_empty() {
+        table = table.left(say!(lang, "limits"), |row| row.conformity.map(|outcome| lang.term(outcome.name())));
     }
-    header.extend(names.iter().map(|(id, _)| id.as_str()));
-    header.push(say!(lang, "reason"));
-    let cells: Vec<Vec<String>> = rows
-        .iter()
-        .map(|row| {
-            let mut cells = vec![row.label.clone(), lang.term(row.verdict.name())];
-            if limited {
-                cells.push(row.conformity.map_or("-".into(), |outcome| lang.term(outcome.name())));
-            }
-            cells.extend(row.value.iter().zip(&row.u).map(|(x, u)| match x.is_nan() {
-                true => "-".into(),
-                false => rounded(*x, Some(*u).filter(|u| u.is_finite())),
-            }));
-            let reason = lang.name(&row.why);
-            let mut why: String = reason.chars().take(60).collect();
-            if reason.chars().count() > 60 {
-                why += "...";
-            }
-            cells.push(why);
-            cells
-        })
-        .collect();
-    plain(&header, &cells)
+    for (k, (id, _)) in batch_quantities(campaign).iter().enumerate() {
+        let finite = |list: &[f64]| list.get(k).copied().filter(|x| x.is_finite());
+        table = table.right(id, |row| Cell::value(finite(&row.value), finite(&row.u)));
+    }
+    let reason = |row: &Row| {
+        let why = lang.name(&row.why);
+        let short: String = why.chars().take(LETTERS).collect();
+        if short.len() < why.len() { short + "..." } else { short }
+    };
+    alone(table.left(say!(lang, "reason"), reason), lang)
 }
 
 /// Quantities whose charts are drawn.
@@ -292,7 +277,7 @@ pub fn batch_document(
 ) -> Document {
     let devices = lang.count(report.devices.all, "device");
     begin(say!(lang, "grouped-by", what = devices, by = report.by), &report.inputs, lang)
-        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(say!(lang, "bench"), code(&report.bench))
         .fact(say!(lang, "estimator"), lang.term(&report.estimator.to_string()))
         .facts(model_facts(&report.model, lang))
         .facts(fitted.map(|(campaign, _)| campaign.identity.facts(lang)).unwrap_or_default())
@@ -359,7 +344,7 @@ fn distributions(report: &BatchReport, fitted: Option<(&Campaign, &Summary)>, la
         .right(say!(lang, "devices"), |q| q.of.devices)
         .at(Detail::Roomy)
         .decimal(say!(lang, "mean"), |q| Cell::Value(q.of.mean, q.of.sd))
-        .decimal("sd", |q| Cell::digits(q.of.sd, 3))
+        .decimal(say!(lang, "observed-sd"), |q| Cell::digits(q.of.sd, 3))
         .decimal("u", |q| Cell::digits(q.of.u, 3))
         .decimal(say!(lang, "sd-of-devices"), |q| Cell::digits(between(q, |s| s.sd_of_devices), 3))
         .right(say!(lang, "p-if-alike"), |q| Cell::p(between(q, |s| s.p)))

@@ -48,10 +48,10 @@ pub struct CalibratedReport {
 pub fn determination(name: &str, report: &FitReport, day: Option<f64>) -> Determination {
     let known = |source: &BudgetReport, scale: f64| {
         Some(InputShare {
-            id: source.source.clone(),
-            estimate: source.estimate?,
-            u: source.source_u?,
-            c: source.c? * scale,
+            id: source.of.source.clone(),
+            estimate: source.of.estimate?,
+            u: source.of.source_u?,
+            c: source.of.sensitivity? * scale,
         })
     };
     let quantity = |shown: &Shown<'_>| {
@@ -116,82 +116,23 @@ pub struct HistoryReport {
     /// Coverage probability.
     pub level: f64,
     /// Each quantity over time (angles in arcsec).
-    pub trends: Vec<TrendReport>,
+    pub trends: Vec<Trend>,
 }
 
-/// A quantity over time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct TrendReport {
-    /// Its name.
-    pub id: String,
-    /// Unit of values.
-    pub unit: String,
-    /// Each calibration's day (from 1970-01-01), value and standard uncertainty.
-    pub points: Vec<(f64, f64, Option<f64>)>,
-    /// Slope per day of a straight line, in `unit` per day; null with fewer than three days.
-    pub per_day: Option<f64>,
-    /// Its standard uncertainty, in `unit` per day.
-    pub u_per_day: Option<f64>,
-    /// Is the slope significant?
-    pub significant: Option<bool>,
-    /// Birge ratio of the points about the line.
-    pub birge: Option<f64>,
-    /// Limits, where the last calibration states them.
-    pub limits: Option<[f64; 2]>,
-    /// Day on which the line leaves its limits, in days from 1970-01-01; before the last calibration where it has left them. Null where it does
-    /// not, or where no slope is significant.
-    pub leaves: Option<f64>,
+/// The report of many calibrations.
+pub fn history_report(calibrations: Vec<CalibratedReport>, trends: Vec<Trend>, level: f64) -> HistoryReport {
+    HistoryReport { tumble: VERSION.into(), report: ReportKind::CompareHistory, calibrations, level, trends }
 }
 
-impl TrendReport {
-    /// Did the line leave its limits before the last calibration?
-    pub fn has_left(&self) -> bool {
-        self.leaves.zip(self.points.last()).is_some_and(|(day, last)| day < last.0)
-    }
-}
-
-/// The report of many calibrations; `limits` gives each quantity's, if any.
-pub fn history_report(
-    calibrations: Vec<CalibratedReport>,
-    trends: &[Trend],
-    level: f64,
-    limits: &dyn Fn(&str) -> Option<[f64; 2]>,
-) -> HistoryReport {
-    let trend = |t: &Trend| {
-        let limits = limits(&t.id);
-        TrendReport {
-            id: t.id.clone(),
-            unit: t.unit.clone(),
-            points: t.points.clone(),
-            per_day: t.line.map(|l| l.slope),
-            u_per_day: t.line.map(|l| l.slope_u),
-            significant: t.line.map(|l| l.significant),
-            birge: t.line.map(|l| l.birge),
-            limits,
-            leaves: t.line.zip(limits).and_then(|(line, [low, high])| line.leaves((low, high))),
-        }
-    };
-    HistoryReport {
-        tumble: VERSION.into(),
-        report: ReportKind::CompareHistory,
-        calibrations,
-        level,
-        trends: trends.iter().map(trend).collect(),
-    }
-}
-
-/// The date of a day counted from 1970-01-01.
+/// The date of a day counted from 1970-01-01; beyond the year 9999 the year alone.
 pub fn date_of(day: f64) -> String {
-    let shifted = number::whole_i64(day.floor()) + 719_468;
-    let era = shifted.div_euclid(146_097);
-    let of_era = shifted.rem_euclid(146_097);
-    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
-    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
-    let month = (5 * of_year + 2) / 153;
-    let day = of_year - (153 * month + 2) / 5 + 1;
-    let (month, next) = if month < 10 { (month + 3, 0) } else { (month - 9, 1) };
-    format!("{:04}-{month:02}-{day:02}", year_of_era + 400 * era + next)
+    let days = jiff::Span::new().try_days(number::whole_i64(day.floor()));
+    let date = days.and_then(|days| jiff::civil::date(1970, 1, 1).checked_add(days));
+    date.map_or_else(|_| format!("{:.0}", 1970.0 + day / YEAR), |date| date.to_string())
 }
+
+/// Mean year of the Gregorian calendar, days.
+const YEAR: f64 = 365.2425;
 
 /// The document of two calibrations.
 pub fn changes_document(report: &ChangesReport, lang: Language) -> Document {
@@ -274,7 +215,6 @@ fn who(c: &CalibratedReport, lang: Language) -> String {
 
 /// The document of many calibrations.
 pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
-    const YEAR: f64 = 365.2425;
     let calibrations = &report.calibrations;
     let drifts = report.trends.iter().filter(|t| t.significant == Some(true)).map(|t| t.id.as_str());
     let drifts: Vec<&str> = drifts.collect();
@@ -285,7 +225,7 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
         let (id, day) = (&t.id, date_of(t.leaves?));
         Some((Tone::Caution, say!(lang, "leaves-its-limits", past = t.has_left(), id, day)))
     });
-    let u = |t: &TrendReport| t.u_per_day.map(|u| u * YEAR);
+    let u = |t: &Trend| t.u_per_day.map(|u| u * YEAR);
     let table = Rows::of(&report.trends)
         .name(say!(lang, "quantity"), |t| &t.id)
         .right("n", |t| t.points.len())
@@ -294,7 +234,7 @@ pub fn history_document(report: &HistoryReport, lang: Language) -> Document {
         .decimal("u", |t| Cell::value(u(t), u(t)))
         .decimal(say!(lang, "birge-ratio"), |t| Cell::decimals(t.birge, 2))
         .left(say!(lang, "unit"), |t| &t.unit);
-    let figure = |t: &TrendReport| {
+    let figure = |t: &Trend| {
         let calendar = |day: f64| 1970.0 + day / YEAR;
         let slope = t.per_day.filter(|_| t.significant == Some(true));
         let trend = slope.zip(t.points.first()).zip(t.points.last()).map(|((slope, first), last)| {

@@ -18,7 +18,6 @@ use std::sync::Arc;
 
 /// Do the readings agree with the model?
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ChecksReport {
     /// Replicates against what the model leaves; null where nothing is replicated.
     pub lack_of_fit: Option<LackOfFit>,
@@ -49,7 +48,6 @@ impl ChecksReport {
 
 /// Residuals that follow a column.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct FollowsReport {
     /// The sensor.
     pub sensor: String,
@@ -65,7 +63,6 @@ pub struct FollowsReport {
 
 /// Data snooping.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SnoopingReport {
     /// Readings tested.
     pub tested: usize,
@@ -79,7 +76,6 @@ pub struct SnoopingReport {
 
 /// A suspicious reading.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SuspectReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -99,7 +95,6 @@ pub struct SuspectReport {
 
 /// External reliability of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ExternalReport {
     /// Number of the reading, from 1.
     pub index: usize,
@@ -109,7 +104,6 @@ pub struct ExternalReport {
 
 /// The robust estimator.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct RobustReport {
     /// `huber`, `tukey` or `l1`.
     pub method: RobustMethod,
@@ -310,7 +304,6 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
 
 /// A record whose rows are the readings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct RecordReport {
     /// Rows of the record.
     pub rows: u64,
@@ -344,7 +337,7 @@ pub(super) fn record(fit: &Fit) -> Option<RecordReport> {
 
 /// What the residuals of a record say, in sentences.
 fn record_verdict(fit: &Fit) -> Vec<Sentence> {
-    let Some(record) = record(fit) else { return Vec::new() };
+    let Some(record) = &fit.streamed else { return Vec::new() };
     let level = 1.0 - fit.settings.level;
     let short = |x: f64| significant(x, 3);
     let mut found = Vec::new();
@@ -356,7 +349,7 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
             .filter(|test| test.p * all < level)
             .max_by(|a, b| a.ratio.ln().abs().total_cmp(&b.ratio.ln().abs()));
         let rejected: Vec<&BinnedResiduals> =
-            record.inputs.iter().filter(|input| input.rejected && input.sensor == sensor.sensor).collect();
+            record.bins.iter().filter(|input| input.rejected && input.sensor == sensor.sensor).collect();
         let is_correlated = worst.is_some_and(|test| test.ratio > 1.0);
         for input in rejected.iter().filter(|_| !is_correlated) {
             found.push(sentence!(
@@ -371,10 +364,7 @@ fn record_verdict(fit: &Fit) -> Vec<Sentence> {
         let id = &sensor.sensor;
         if let Some(test) = worst {
             let (rows, ratio, p) = (test.rows.to_string(), short(test.ratio.sqrt()), short(test.p));
-            found.push(match is_correlated {
-                true => sentence!("means-of-rows-scatter-too-much", sensor = id, rows, ratio, p),
-                false => sentence!("means-of-rows-scatter-too-little", sensor = id, rows, ratio, p),
-            });
+            found.push(sentence!("means-of-rows-scatter", much = is_correlated, sensor = id, rows, ratio, p));
         } else if let Some(p) = sensor.lags_p.filter(|p| *p < level) {
             let lag = sensor.lags.iter().max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
             let (correlation, rows) = lag.map(|l| (short(l.correlation), l.rows.to_string())).unwrap_or_default();
@@ -428,7 +418,6 @@ vocabulary! {
 
 /// The constraints of a campaign and what became of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConstraintsReport {
     /// `met`, `contradictory` (none was applied) or `not-applied` (a rank defect is left, or the solver gave up).
     pub status: ConstraintsStatus,
@@ -454,7 +443,6 @@ pub struct ConstraintsReport {
 
 /// What the equations among the constraints cost together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct EquationsReport {
     /// By how much they raise chi-square (the sum of squares over the estimated variance), a pure number.
     pub cost: f64,
@@ -468,7 +456,6 @@ pub struct EquationsReport {
 
 /// One constraint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConstraintReport {
     /// Number in the file, from 1.
     pub index: usize,
@@ -556,11 +543,13 @@ pub(super) fn constraints(fit: &Fit) -> Option<ConstraintsReport> {
             if none_active {
                 clauses.push(sentence!("no-bound-is-active-the-estimate-is", equations = equations.is_some()));
             }
-            let contradicted = fit.bounds_p().filter(|_| fit.bounds_are_rejected() == Some(true));
-            clauses
-                .extend(contradicted.map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", p = short(p))));
-            let untrue = fit.equations_p().filter(|_| fit.equations_are_rejected() == Some(true));
-            clauses.extend(untrue.map(|p| sentence!("rejected-the-readings-contradict-the-equations-p", p = short(p))));
+            for (bounds, p, rejected) in [
+                (true, fit.bounds_p(), fit.bounds_are_rejected()),
+                (false, fit.equations_p(), fit.equations_are_rejected()),
+            ] {
+                let p = p.filter(|_| rejected == Some(true)).map(short);
+                clauses.extend(p.map(|p| sentence!("rejected-the-readings-contradict-the-bounds-p", bounds, p)));
+            }
             Sentence::clauses(clauses)
         }
     };
@@ -611,7 +600,6 @@ pub(super) fn constraint_text(campaign: &Campaign, constraint: &Constraint) -> S
 
 /// Monte Carlo compared with the first order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct MonteCarloReport {
     /// What was drawn.
     #[serde(flatten)]

@@ -7,7 +7,7 @@ use crate::campaign::Identity;
 use crate::compare::{Comparison, GroupComparison, Misprint, shown_in, value_of};
 use crate::document::number::significant;
 use crate::document::{Cell, Document, Rows, Section, Tone};
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -155,7 +155,7 @@ pub fn compare_document(report: &CompareReport, inputs: &[Input], lang: Language
         .decimal(say!(lang, "computed"), |m| Cell::digits(m.computed, 4))
         .left(say!(lang, "probable-cause"), |m| m.explanation.say(lang));
     begin(say!(lang, "comparison-with-the-published-closed-forms"), inputs, lang)
-        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(say!(lang, "bench"), code(&report.bench))
         .fact(lang.title(say!(lang, "source")), lang.name(&report.source))
         .section(section(report, lang))
         .section(Section::new(say!(lang, "group-by-group")).table(groups(report, lang)))

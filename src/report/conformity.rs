@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 
 /// What the limits of a campaign say about its results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConformityReport {
     /// `simple`, `guard-u` or `risk`.
     pub decision: Decision,
@@ -26,7 +25,6 @@ pub struct ConformityReport {
 
 /// A quantity and its limits, in `unit`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct LimitedReport {
     /// Name.
     pub id: String,

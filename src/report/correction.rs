@@ -1,9 +1,10 @@
 //! The correction for a person: the first order as lines of algebra, where it holds, and what must be given.
 
+use crate::correction::LineInput;
 use crate::document::number::{at_most, significant};
 use crate::fit::sum;
 use crate::language::{Language, say};
-use crate::wire::{CorrectionFile, InputFile};
+use crate::wire::CorrectionFile;
 
 /// Digits of the coefficients in printed lines; the JSON report holds all.
 const DIGITS: i32 = 9;
@@ -22,9 +23,9 @@ pub(super) fn correction_lines(correction: &CorrectionFile) -> Vec<String> {
                 .zip(&correction.bias)
                 .filter(|((c, _), _)| c.abs() > 1e-12 * largest);
             let terms = shown.map(|((c, sensor), bias)| {
-                (*c < 0.0, format!("{}*{}", number(c.abs()), difference(&sensor.id, *bias)))
+                (*c < 0.0, format!("{}*{}", number(c.abs()), difference(&sensor.sensor, *bias)))
             });
-            format!("{} = {}", input.id, sum(terms)).trim_end().to_string()
+            format!("{} = {}", input.name, sum(terms)).trim_end().to_string()
         })
         .collect()
 }
@@ -44,14 +45,14 @@ fn number(value: f64) -> String {
 /// Where the first order holds, in one sentence for each kind of answer.
 pub(super) fn validity_sentence(correction: &CorrectionFile, lang: Language) -> String {
     let validity = &correction.validity;
-    let solved: Vec<&InputFile> = correction.inputs.iter().filter(|input| input.solved).collect();
+    let solved: Vec<&LineInput> = correction.inputs.iter().filter(|input| input.solved).collect();
     let within: Vec<String> = solved
         .iter()
         .zip(&validity.range)
-        .map(|(input, range)| format!("|{}| <= {} {}", input.id, significant(*range, 4), input.unit))
+        .map(|(input, range)| format!("|{}| <= {} {}", input.name, significant(*range, 4), input.unit))
         .collect();
-    let size = |(input, error): (&&InputFile, &f64)| {
-        say!(lang, "correction-error-in", error = significant(*error, 2), unit = input.unit, id = input.id)
+    let size = |(input, error): (&&LineInput, &f64)| {
+        say!(lang, "correction-error-in", error = significant(*error, 2), unit = input.unit, id = input.name)
     };
     let rounding = |(error, range): (&f64, &f64)| *error <= 1e-12 * range;
     if validity.linear_error.iter().zip(&validity.range).all(rounding) {
@@ -83,7 +84,7 @@ fn given(correction: &CorrectionFile) -> impl Iterator<Item = (&str, String)> {
     let given = correction.inputs.iter().filter(|input| !input.solved);
     given.map(|input| {
         let unit = if input.unit.is_empty() { String::new() } else { format!(" {}", input.unit) };
-        (input.id.as_str(), format!("{}{unit}", significant(input.otherwise.unwrap_or_default(), 6)))
+        (input.name.as_str(), format!("{}{unit}", significant(input.otherwise.unwrap_or_default(), 6)))
     })
 }
 

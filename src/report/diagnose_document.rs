@@ -10,7 +10,7 @@ use crate::diagnosis::{Alias, Diagnosis, Gap, Grouping, Held, Level, NoiseFrom, 
 use crate::document::chart::{Chart, GapPanel, GapPoint};
 use crate::document::number::{level, percent, rounded, significant, trimmed};
 use crate::document::{Align, Cell, Content, Detail, Document, Figure, MarkedLine, Rows, Section, Tone};
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use crate::plan::grouped;
 
 /// More aliases, levels, positions and steps than this are not listed; the JSON report has all.
@@ -69,7 +69,7 @@ fn result(report: &DiagnoseReport, of: Option<(&Campaign, &Diagnosis)>, lang: La
         let k = effect.expanded.zip(effect.u).map(|(expanded, u)| expanded / u);
         let of_sensors = effect.in_sensors.iter().enumerate().map(move |(place, own)| Found {
             regressor: &effect.regressor,
-            quantity: format!("`{}`", own.coefficient),
+            quantity: code(&own.coefficient),
             sensor: &own.sensor,
             value: own.value.map(|value| value * scale),
             u: own.u.map(|u| u * scale),
@@ -166,7 +166,7 @@ fn card(report: &DiagnoseReport, effect: &EffectReport, lang: Language) -> Conte
     for size in &effect.in_sensors {
         let value = size.value.map_or_else(|| lang.term("not-estimable"), |v| in_text(&rounded(v, size.u), &size.unit));
         let u = size.u.map_or(String::new(), |u| format!(", u = {}", rounded(u, Some(u))));
-        let name = format!("`{}`", size.sensor);
+        let name = code(&size.sensor);
         fact(&name, format!("`{}` = {value}{u}, t = {:.1}", size.coefficient, size.t));
     }
     fact(&lang.title(&lang.term("stated")), against_stated(effect, lang));
@@ -231,7 +231,7 @@ fn model(report: &DiagnoseReport, lang: Language) -> Section {
     let mut repairs: Vec<String> = report.effects.iter().filter_map(|effect| repair(effect, lang)).collect();
     if changed.is_empty() {
         let all = report.effects.iter().filter(|e| !e.regressor.contains(':') && !e.coefficient.is_empty());
-        repairs.extend(all.map(|e| say!(lang, "is-now-estimated", id = format!("`{}`", e.coefficient), was = "tilt")));
+        repairs.extend(all.map(|e| say!(lang, "is-now-estimated", id = code(&e.coefficient), was = "tilt")));
     }
     let heads = [say!(lang, "as-given"), say!(lang, "with-what-was-found")].into_iter().zip([before, changed]);
     let lines = |section: Section, (head, lines): (&str, Vec<MarkedLine>)| {
@@ -264,7 +264,10 @@ fn changes(report: &DiagnoseReport, lang: Language) -> Section {
 fn places(report: &DiagnoseReport, lang: Language) -> Section {
     let some = report.verdict != Verdict::NothingMissing;
     let shown = report.places.iter().filter(|place| some && place.significant == Some(true)).take(LISTED);
-    let row = |place: &'_ Place| format!("{} {}", named_factor(&place.factor, lang), level_said(&place.level));
+    let row = |place: &'_ Place| match (place.factor.as_str(), level_said(&place.level)) {
+        ("order", number) => say!(lang, "readings-near-number", number),
+        (factor, level) => format!("{} {level}", named_factor(factor, lang)),
+    };
     let rows: Vec<Mean<'_>> = shown.map(|p| (row(p), p.sensor.as_str(), p.readings, p.mean, p.z, Some(p.p))).collect();
     let table = means(&rows, lang).most(BRIEF).note(say!(lang, "means-of-the-residuals-with-the-model"));
     Section::new(say!(lang, "where-the-gap-is")).table(table)
@@ -377,7 +380,7 @@ pub fn nearest(names: &[String], explains: f64, lang: Language) -> String {
     match names.is_empty() {
         true => String::new(),
         false => {
-            let names = names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" + ");
+            let names = names.iter().map(|name| code(name)).collect::<Vec<_>>().join(" + ");
             say!(lang, "nearest-of-the-catalogue-would-take-off", names, share = percent(explains))
         }
     }
@@ -385,11 +388,11 @@ pub fn nearest(names: &[String], explains: f64, lang: Language) -> String {
 
 /// Names in code type, what stands in parentheses after them as it is; of many so many.
 pub fn listed(names: &[String], most: usize, lang: Language) -> String {
-    let code = |text: &String| match text.split_once(" (") {
+    let listed = |text: &String| match text.split_once(" (") {
         Some((name, detail)) => format!("`{name}` ({detail}"),
-        None => format!("`{text}`"),
+        None => code(text),
     };
-    lang.first_of(&names.iter().map(code).collect::<Vec<_>>(), most, lang.comma())
+    lang.first_of(&names.iter().map(listed).collect::<Vec<_>>(), most, lang.comma())
 }
 
 /// A quantity before or after the effects are in the model, as the title of a column.
@@ -533,7 +536,7 @@ fn of(effect: &EffectReport, lang: Language) -> String {
         Some(("prior", id)) => say!(lang, "error-of-the-prior-of", id),
         Some(("constraint", _)) => say!(lang, "it-misses-by").into(),
         _ if effect.coefficient.is_empty() => String::new(),
-        _ => format!("`{}`", effect.coefficient),
+        _ => code(&effect.coefficient),
     }
 }
 
@@ -692,13 +695,9 @@ fn constraint(constraint: &AssertedReport, lang: Language) -> String {
 /// The holdout in one sentence; empty where there is none.
 fn holdout(report: &DiagnoseReport, lang: Language) -> String {
     let Some(holdout) = &report.holdout else { return String::new() };
-    let after = holdout.after.map(|after| format!("{after:.2}"));
-    let after = after.map_or(String::new(), |after| say!(lang, "holdout-after", after));
-    let skipped = match holdout.skipped {
-        0 => String::new(),
-        n => say!(lang, "holdout-skipped", n),
-    };
-    say!(lang, "holdout", n = holdout.positions, before = format!("{:.2}", holdout.before), after, skipped)
+    let two = |x: f64| format!("{x:.2}");
+    let (found, after) = (holdout.after.is_some(), holdout.after.map_or(String::new(), two));
+    say!(lang, "holdout", n = holdout.positions, before = two(holdout.before), found, after, skipped = holdout.skipped)
 }
 
 /// Most sensors in one picture.
@@ -790,7 +789,7 @@ fn ordered(grouping: &Grouping) -> Vec<(usize, String)> {
 /// A factor: a column of the campaign in code type, anything else in words.
 fn named_factor(name: &str, lang: Language) -> String {
     match lang.name(name) {
-        std::borrow::Cow::Borrowed(name) => format!("`{name}`"),
+        std::borrow::Cow::Borrowed(name) => code(name),
         std::borrow::Cow::Owned(name) => name,
     }
 }

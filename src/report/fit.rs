@@ -17,8 +17,8 @@ use crate::fit::{
 use crate::language::{Sentence, sentence};
 use crate::number::as_stated;
 use crate::report::ReportKind;
-use crate::uncertainty::{Combined, Contribution, Evaluation, Shape};
-use crate::wire::CorrectionFile;
+use crate::uncertainty::{Combined, Contribution};
+use crate::wire::{CorrectionFile, CovarianceFile};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -61,7 +61,7 @@ pub struct FitReport {
     /// Parameters that the bench has and the campaign neither knows nor estimates.
     pub assumed_zero: Vec<String>,
     /// Covariance of the estimated parameters, readings and known inputs together.
-    pub covariance: CovarianceReport,
+    pub covariance: CovarianceFile,
     /// Sums over the whole fit.
     pub fit: FitSummary,
     /// What the readings leave free.
@@ -79,7 +79,7 @@ pub struct FitReport {
     /// Each value that was read.
     pub readings: Vec<ReadingReport>,
     /// Correlations of the estimated parameters.
-    pub correlation: CovarianceReport,
+    pub correlation: CovarianceFile,
     /// How readings of this unit are corrected; absent where no sensor follows a rate or specific force that the fit determines.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub correction: Option<CorrectionFile>,
@@ -106,7 +106,6 @@ pub struct FitReport {
 
 /// An estimated parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ParameterReport {
     /// Name.
     pub id: String,
@@ -116,15 +115,9 @@ pub struct ParameterReport {
     pub unit: String,
     /// Estimate, in `unit`; null where it is not estimable.
     pub value: Option<f64>,
-    /// Combined standard uncertainty, in `unit`.
-    pub u: Option<f64>,
-    /// Effective degrees of freedom; null for infinite.
-    pub dof: Option<f64>,
-    /// Coverage factor.
-    pub k: Option<f64>,
-    /// Expanded uncertainty, in `unit`.
-    #[serde(rename = "U")]
-    pub expanded: Option<f64>,
+    /// Its uncertainty.
+    #[serde(flatten)]
+    pub combined: Uncertainty,
     /// Coverage probability of the expanded uncertainty.
     pub level: f64,
     /// Coverage interval, in `unit`: `value - U` to `value + U`, but with inequality constraints about the estimate without them, cut to what they
@@ -143,34 +136,39 @@ pub struct ParameterReport {
     pub state: State,
 }
 
+/// The uncertainty of a quantity, in its unit; null where it is not known.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Uncertainty {
+    /// Combined standard uncertainty, in `unit`.
+    pub u: Option<f64>,
+    /// Effective degrees of freedom; null for infinite.
+    pub dof: Option<f64>,
+    /// Coverage factor.
+    pub k: Option<f64>,
+    /// Expanded uncertainty, in `unit`.
+    #[serde(rename = "U")]
+    pub expanded: Option<f64>,
+}
+
+impl From<Option<Combined>> for Uncertainty {
+    fn from(of: Option<Combined>) -> Self {
+        let (u, k, expanded) = (of.map(|c| c.u), of.map(|c| c.coverage_factor), of.map(|c| c.expanded));
+        Uncertainty { u, dof: of.and_then(|c| finite(c.dof)), k, expanded }
+    }
+}
+
 /// A line of a budget.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct BudgetReport {
-    /// Where it comes from.
-    pub source: String,
-    /// `A` or `B`.
-    #[serde(rename = "type")]
-    pub evaluation: Evaluation,
-    /// Shape of the distribution.
-    pub distribution: Shape,
-    /// Contribution to the standard uncertainty, in the quantity's unit; negative for a correlated pair that takes from the variance (its square).
-    pub u: f64,
-    /// Estimate of the source, where it is one quantity, in the source's unit.
-    pub estimate: Option<f64>,
-    /// Sensitivity coefficient, where the source is one quantity, in the quantity's unit over the source's.
-    pub c: Option<f64>,
-    /// Standard uncertainty of the source itself, where it is one quantity, in the source's unit.
-    pub source_u: Option<f64>,
-    /// Degrees of freedom; null for infinite.
-    pub dof: Option<f64>,
+    /// The contribution.
+    #[serde(flatten)]
+    pub of: Contribution,
     /// Share of the variance, 0 to 1; of correlated inputs also beyond, and negative.
     pub share: f64,
 }
 
 /// An angle in arcseconds.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ArcsecReport {
     /// Estimate, arcsec.
     pub value: Option<f64>,
@@ -183,7 +181,6 @@ pub struct ArcsecReport {
 
 /// A known parameter as the campaign gives it (tilts in radians).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct KnownReport {
     /// Name.
     pub id: String,
@@ -224,43 +221,34 @@ pub(super) struct Shown<'a> {
 }
 
 impl<'a> Shown<'a> {
-    /// As in the report.
     fn of(
         (id, unit): (&'a str, &'a str),
-        [value, u, expanded, dof, k]: [Option<f64>; 5],
+        value: Option<f64>,
+        Uncertainty { u, dof, k, expanded }: Uncertainty,
         budget: &'a [BudgetReport],
+        is_angle: bool,
     ) -> Self {
-        Shown { id, value, u, expanded, unit, is_angle: false, scale: 1.0, dof, k, budget }
-    }
-
-    /// An angle in arcseconds.
-    fn angle(self, is_angle: bool) -> Self {
-        if !is_angle {
-            return self;
-        }
-        let [value, u, expanded] = [self.value, self.u, self.expanded].map(|x| x.map(|x| x * ARCSEC));
-        Shown { value, u, expanded, unit: "arcsec", is_angle, scale: ARCSEC, ..self }
+        let (scale, unit) = if is_angle { (ARCSEC, "arcsec") } else { (1.0, unit) };
+        let [value, u, expanded] = [value, u, expanded].map(|x| x.map(|x| x * scale));
+        Shown { id, value, u, expanded, unit, is_angle, scale, dof, k, budget }
     }
 }
 
 impl ParameterReport {
     pub(super) fn shown(&self) -> Shown<'_> {
-        let numbers = [self.value, self.u, self.expanded, self.dof, self.k];
-        Shown::of((&self.id, &self.unit), numbers, &self.budget).angle(self.kind == Kind::Tilt)
+        Shown::of((&self.id, &self.unit), self.value, self.combined, &self.budget, self.kind == Kind::Tilt)
     }
 }
 
 impl DerivedReport {
     pub(super) fn shown(&self) -> Shown<'_> {
-        let numbers = [self.value, self.u, self.expanded, self.dof, self.k];
-        Shown::of((&self.id, &self.unit), numbers, &self.budget).angle(self.arcsec.is_some())
+        Shown::of((&self.id, &self.unit), self.value, self.combined, &self.budget, self.arcsec.is_some())
     }
 }
 
 impl CombinationValueReport {
     pub(super) fn shown(&self) -> Shown<'_> {
-        let numbers = [Some(self.value), self.u, self.expanded, self.dof, self.k];
-        Shown::of((&self.text, &self.unit), numbers, &self.budget).angle(self.arcsec.is_some())
+        Shown::of((&self.text, &self.unit), Some(self.value), self.combined, &self.budget, self.arcsec.is_some())
     }
 }
 
@@ -299,7 +287,6 @@ impl FitReport {
 
 /// A derived quantity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct DerivedReport {
     /// Name.
     pub id: String,
@@ -311,15 +298,9 @@ pub struct DerivedReport {
     pub unit: String,
     /// Value, in `unit`; null where it needs what is not estimable.
     pub value: Option<f64>,
-    /// Standard uncertainty, first order, in `unit`.
-    pub u: Option<f64>,
-    /// Effective degrees of freedom; null for infinite.
-    pub dof: Option<f64>,
-    /// Coverage factor.
-    pub k: Option<f64>,
-    /// Expanded uncertainty, in `unit`.
-    #[serde(rename = "U")]
-    pub expanded: Option<f64>,
+    /// Its uncertainty.
+    #[serde(flatten)]
+    pub combined: Uncertainty,
     /// Coverage interval of an azimuth `atan2(y, x)`, in `unit`: the directions that y and x together allow; the whole circle where they may
     /// both be zero. Of other lines, with inequality constraints, that about the estimate without them, cut to what they allow. Absent where it is
     /// `value - U` to `value + U`.
@@ -337,7 +318,6 @@ pub struct DerivedReport {
 
 /// A combination of parameters that is determined where they alone are not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CombinationValueReport {
     /// Coefficient of each parameter.
     pub combination: BTreeMap<String, f64>,
@@ -347,15 +327,9 @@ pub struct CombinationValueReport {
     pub unit: String,
     /// Value, in `unit`.
     pub value: f64,
-    /// Combined standard uncertainty, in `unit`.
-    pub u: Option<f64>,
-    /// Effective degrees of freedom; null for infinite.
-    pub dof: Option<f64>,
-    /// Coverage factor.
-    pub k: Option<f64>,
-    /// Expanded uncertainty, in `unit`.
-    #[serde(rename = "U")]
-    pub expanded: Option<f64>,
+    /// Its uncertainty.
+    #[serde(flatten)]
+    pub combined: Uncertainty,
     /// Where the uncertainty comes from.
     pub budget: Vec<BudgetReport>,
     /// The same in arcseconds, where all its parameters are tilts.
@@ -363,19 +337,8 @@ pub struct CombinationValueReport {
     pub arcsec: Option<ArcsecReport>,
 }
 
-/// A covariance matrix.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
-pub struct CovarianceReport {
-    /// Names of the rows and columns.
-    pub order: Vec<String>,
-    /// The matrix, row by row, in products of the parameters' units (tilts in rad; correlations are pure numbers); null for what is not estimable.
-    pub matrix: Vec<Vec<Option<f64>>>,
-}
-
 /// Sums over the whole fit.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct FitSummary {
     /// Values read (rows), without priors.
     pub readings: usize,
@@ -424,7 +387,6 @@ pub struct FitSummary {
 
 /// One value that was read.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ReadingReport {
     /// Number of the reading in the file, from 1.
     pub index: usize,
@@ -458,7 +420,6 @@ pub struct ReadingReport {
 
 /// The record of Gauss-Newton.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ConvergenceReport {
     /// Did it converge?
     pub converged: bool,
@@ -511,8 +472,8 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
             .chain(fit.scale_factor_errors().iter().map(scale_factor_error))
             .collect(),
         assumed_zero: fit.assumed_zero().map(str::to_string).collect(),
-        correlation: CovarianceReport { order: order.clone(), matrix: correlation(&matrix) },
-        covariance: CovarianceReport { order, matrix },
+        correlation: CovarianceFile { order: order.clone(), matrix: correlation(&matrix) },
+        covariance: CovarianceFile { order, matrix },
         scatter: scatter::scatter(fit),
         checks: checks::checks(fit),
         record: checks::record(fit),
@@ -558,10 +519,7 @@ fn combination(result: &fit::CombinationResult) -> CombinationValueReport {
         text: result.combination.text.clone(),
         unit: result.unit.clone(),
         value: result.value,
-        u: uncertainty.map(|c| c.u),
-        dof: uncertainty.and_then(|c| finite(c.dof)),
-        k: uncertainty.map(|c| c.coverage_factor),
-        expanded: uncertainty.map(|c| c.expanded),
+        combined: uncertainty.into(),
         budget: budget(&result.budget),
         arcsec: result.is_angle.then(|| arcsec(Some(result.value), uncertainty)),
     }
@@ -584,17 +542,7 @@ fn budget(contributions: &[Contribution]) -> Vec<BudgetReport> {
     let total: f64 = contributions.iter().map(|c| square(c.u)).sum();
     contributions
         .iter()
-        .map(|c| BudgetReport {
-            source: c.source.clone(),
-            evaluation: c.evaluation,
-            distribution: c.distribution,
-            u: c.u,
-            estimate: c.estimate,
-            c: c.sensitivity,
-            source_u: c.source_u,
-            dof: finite(c.dof),
-            share: if total > 0.0 { square(c.u) / total } else { 0.0 },
-        })
+        .map(|c| BudgetReport { of: c.clone(), share: if total > 0.0 { square(c.u) / total } else { 0.0 } })
         .collect()
 }
 
@@ -613,10 +561,7 @@ fn parameter(result: &fit::ParameterResult, level: f64) -> ParameterReport {
         kind: result.kind,
         unit: result.unit.clone(),
         value: result.value,
-        u: uncertainty.map(|c| c.u),
-        dof: uncertainty.and_then(|c| finite(c.dof)),
-        k: uncertainty.map(|c| c.coverage_factor),
-        expanded: uncertainty.map(|c| c.expanded),
+        combined: uncertainty.into(),
         level,
         interval: result.interval.map(|(low, high)| [low, high]),
         type_a: uncertainty.map(|c| c.type_a),
@@ -637,10 +582,7 @@ fn derived(result: &fit::DerivedResult, definition: &Derived, level: f64) -> Der
         line: definition.written.as_ref().map_or_else(|| result.line.clone(), ToString::to_string),
         unit: if result.is_angle { "rad".into() } else { definition.unit.clone() },
         value: result.value,
-        u: uncertainty.map(|c| c.u),
-        dof: uncertainty.and_then(|c| finite(c.dof)),
-        k: uncertainty.map(|c| c.coverage_factor),
-        expanded: uncertainty.map(|c| c.expanded),
+        combined: uncertainty.into(),
         interval: sector_ends(result).or(bounded),
         note: azimuth_note(result, level).or_else(|| {
             let (numbers, unit) = ((result.value?, uncertainty?.expanded), definition.unit.as_str());
@@ -664,10 +606,7 @@ fn scale_factor_error(error: &ScaleFactorError) -> DerivedReport {
         line: error.line.clone(),
         unit: "ppm".into(),
         value: Some(error.value),
-        u: uncertainty.map(|c| c.u),
-        dof: uncertainty.and_then(|c| finite(c.dof)),
-        k: uncertainty.map(|c| c.coverage_factor),
-        expanded: uncertainty.map(|c| c.expanded),
+        combined: uncertainty.into(),
         interval: None,
         note: match error.from {
             ScaleFactorFrom::Largest { alike, of } if alike > 1 => Some(sentence!("largest-of-alike", of, alike)),

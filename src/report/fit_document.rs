@@ -6,13 +6,13 @@ use super::fit::{Shown, interval_note};
 use super::fit_figures::{FAR, budget_figures, estimate_figures, residual_figures, spread_figures};
 use super::provenance::begin;
 use super::scene::scene_figure;
-use super::{BudgetReport, CompareReport, FitReport, Input, ReadingReport, compare, conformity, scatter, site};
+use super::{BudgetReport, CompareReport, FitReport, Input, ReadingReport, compare, conformity, finite, scatter, site};
 use crate::campaign::{Campaign, JointState, Kind};
 use crate::correction::Mounting;
 use crate::document::number::{level, rounded, significant};
 use crate::document::{Cell, Content, Detail, Document, Figure, Rows, Section, Tone};
 use crate::fit::{Estimator, Fit, State, VarianceFrom};
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use crate::wire::CorrectionFile;
 use std::collections::BTreeMap;
 
@@ -38,7 +38,7 @@ pub fn fit_document(report: &FitReport, asked: &Asked<'_>, lang: Language) -> Do
     let title = asked.fit.map(|fit| fit.campaign.bench.title.as_str()).filter(|title| !title.is_empty());
     let document = begin(title.map_or(report.bench.clone(), |title| lang.name(title).into_owned()), asked.inputs, lang)
         .facts(report.identity.facts(lang))
-        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(say!(lang, "bench"), code(&report.bench))
         .facts(model_facts(&report.model, lang))
         .section(result(report, lang))
         .section(estimates(report, asked.fit, lang))
@@ -263,7 +263,7 @@ fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
         .tone(|(_, tone, ..)| *tone)
         .note(say!(lang, "u-combined-standard-uncertainty-k-u-expanded", expanded));
     let mut notes = Vec::new();
-    for p in report.parameters.iter().filter(|p| p.state == State::AtBound && p.u.is_some()) {
+    for p in report.parameters.iter().filter(|p| p.state == State::AtBound && p.combined.u.is_some()) {
         let (Shown { scale, unit, u, .. }, id, level) = (p.shown(), &p.id, level(p.level));
         let end = |end: f64| rounded(end * scale, u);
         notes.push(match p.interval {
@@ -275,7 +275,7 @@ fn estimates(report: &FitReport, fit: Option<&Fit>, lang: Language) -> Section {
     }
     notes.extend(report.parameters.iter().filter(|p| p.state == State::Free).filter_map(|p| {
         let (Shown { scale, unit, .. }, source) = (p.shown(), &p.id);
-        let note = &interval_note((p.value?, p.expanded?), p.interval?, (scale, unit), p.level, true)?;
+        let note = &interval_note((p.value?, p.combined.expanded?), p.interval?, (scale, unit), p.level, true)?;
         Some(say!(lang, "source-note-sentence", source, note))
     }));
     let noted = derived.iter().filter_map(|d| Some((&d.id, d.note.as_ref()?)));
@@ -334,20 +334,24 @@ fn budget(report: &FitReport, asked: bool, lang: Language) -> Section {
     let table = Rows::of(rows)
         .left(say!(lang, "quantity"), |(quantity, _, first)| if first { Cell::name(quantity.id) } else { "".into() })
         .left(say!(lang, "source"), |(_, line, _)| {
-            line.map_or(say!(lang, "combined").into(), |line| scatter::source_name(&line.source, lang))
+            line.map_or(say!(lang, "combined").into(), |line| scatter::source_name(&line.of.source, lang))
         })
-        .right(say!(lang, "estimate"), |(_, line, _)| of(line, &|line| Cell::digits(line.estimate, 6)))
+        .right(say!(lang, "estimate"), |(_, line, _)| of(line, &|line| Cell::digits(line.of.estimate, 6)))
         .at(Detail::Roomy)
-        .left(say!(lang, "type"), |(_, line, _)| of(line, &|line| line.evaluation.to_string().into()))
+        .left(say!(lang, "type"), |(_, line, _)| of(line, &|line| line.of.evaluation.to_string().into()))
         .left(say!(lang, "distribution"), |(_, line, _)| {
-            of(line, &|line| lang.term(&line.distribution.to_string()).into())
+            of(line, &|line| lang.term(&line.of.distribution.to_string()).into())
         })
         .at(Detail::Roomy)
-        .right(say!(lang, "u-of-source"), |(_, line, _)| of(line, &|line| Cell::digits(line.source_u, 3)))
-        .right("c", |(quantity, line, _)| of(line, &|line| Cell::digits(line.c.map(|c| c * quantity.scale), 4)))
-        .right(say!(lang, "dof"), |(quantity, line, _)| Cell::dof(line.map_or(quantity.dof, |line| line.dof), true))
+        .right(say!(lang, "u-of-source"), |(_, line, _)| of(line, &|line| Cell::digits(line.of.source_u, 3)))
+        .right("c", |(quantity, line, _)| {
+            of(line, &|line| Cell::digits(line.of.sensitivity.map(|c| c * quantity.scale), 4))
+        })
+        .right(say!(lang, "dof"), |(quantity, line, _)| {
+            Cell::dof(line.map_or(quantity.dof, |line| finite(line.of.dof)), true)
+        })
         .right(say!(lang, "contribution"), |(quantity, line, _)| {
-            Cell::digits(line.map_or(quantity.u, |line| Some(line.u * quantity.scale)), 3)
+            Cell::digits(line.map_or(quantity.u, |line| Some(line.of.u * quantity.scale)), 3)
         })
         .right(say!(lang, "share"), |(_, line, _)| Cell::Share(line.map_or(1.0, |line| line.share)))
         .rule(|(_, line, first)| line.is_some() && first)
@@ -586,7 +590,7 @@ fn mounted(section: Section, correction: &CorrectionFile, mounting: &Mounting, l
     }
     let solved = correction.inputs.iter().filter(|input| input.solved);
     let table = Rows::of(solved.filter_map(|input| Some((input, input.direction?))))
-        .name(say!(lang, "input"), |(input, _)| &input.id)
+        .name(say!(lang, "input"), |(input, _)| &input.name)
         .caption(say!(lang, "direction-cosines-of-the-corrected-inputs-on"));
     let column = |table: Rows<_>, (axis, row): (&str, &[f64; 3])| {
         table.decimal(axis, |(_, d): (_, [f64; 3])| {

@@ -8,6 +8,7 @@ use crate::document::number::{level, rounded, significant};
 use crate::fit::{Fit, State};
 use crate::language::{Language, say};
 use crate::uncertainty::Evaluation;
+use crate::wire::CovarianceFile;
 
 /// Studentized residuals beyond this are marked.
 pub(super) const FAR: f64 = 3.0;
@@ -20,12 +21,12 @@ const MOST_POINTS: usize = 1500;
 /// Parts of a bar of length `u`: each source by its share of the variance, large ones first; the smallest together.
 fn parts(budget: &[BudgetReport], u: f64, lang: Language) -> Vec<Part> {
     let mut lines: Vec<&BudgetReport> = budget.iter().filter(|line| line.share > 5e-3).collect();
-    lines.sort_by(|a, b| a.evaluation.cmp(&b.evaluation).then(b.share.total_cmp(&a.share)));
+    lines.sort_by(|a, b| a.of.evaluation.cmp(&b.of.evaluation).then(b.share.total_cmp(&a.share)));
     lines
         .iter()
         .map(|line| Part {
-            source: scatter::source_name(&line.source, lang),
-            type_b: line.evaluation == Evaluation::TypeB,
+            source: scatter::source_name(&line.of.source, lang),
+            type_b: line.of.evaluation == Evaluation::TypeB,
             size: u * line.share,
         })
         .collect()
@@ -142,7 +143,7 @@ pub(super) fn spread_figures(report: &FitReport, lang: Language) -> Vec<Figure> 
         let caption = say!(lang, "normal-plot-of-the-studentized-residuals-with");
         figures.push(Figure::new(caption, Chart::Normal(studentized), false));
     }
-    let super::CovarianceReport { order, matrix } = &report.correlation;
+    let CovarianceFile { order, matrix } = &report.correlation;
     if (2..=MOST_ROWS).contains(&order.len()) {
         let caption = say!(lang, "correlations-of-the-estimates-in-hundredths-blue");
         let chart = Chart::Correlation(order.clone(), matrix.clone());

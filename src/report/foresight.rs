@@ -5,7 +5,7 @@ use crate::campaign::Campaign;
 use crate::diagnosis::{Fate, Foresight, Near, PassedOver, Prospect, Rule, is_angle};
 use crate::document::number::significant;
 use crate::document::{Cell, Detail, Rows, Section};
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -185,8 +185,7 @@ fn rule_text(report: &ForesightReport, lang: Language) -> String {
 const LISTED: usize = 12;
 
 pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
-    let code =
-        |names: &mut dyn Iterator<Item = String>| -> Vec<String> { names.map(|name| format!("`{name}`")).collect() };
+    let named = |names: &mut dyn Iterator<Item = String>| -> Vec<String> { names.map(|name| code(&name)).collect() };
     let scale = |prospect: &ProspectReport| if prospect.minimal_arcsec.is_some() { ARCSEC } else { 1.0 };
     // an effect of a group is detectable, and then has its smallest size
     let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
@@ -199,7 +198,7 @@ pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
         say!(lang, "foresight-nearly", regressor, cosine)
     };
     let alike = |group: &AlikeReport| {
-        let others = code(&mut group.members.iter().skip(1).map(|member| label(member, lang)));
+        let others = named(&mut group.members.iter().skip(1).map(|member| label(member, lang)));
         match group.near.first() {
             Some(nearest) if others.is_empty() => nearly(nearest),
             _ => lang.first_of(&others, 4, lang.comma()),
@@ -232,7 +231,7 @@ pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
         .note(say!(lang, "nearly-alike-cosine-beside-the-model-and"));
     let places = hidden(report, lang);
     let never = Rows::of(&places)
-        .left(say!(lang, "effect"), |(_, list)| code(&mut list.iter().cloned()).join(", "))
+        .left(say!(lang, "effect"), |(_, list)| named(&mut list.iter().cloned()).join(", "))
         .left(say!(lang, "taken-up-by"), |(place, _)| place)
         .small()
         .most(LISTED)
@@ -240,7 +239,7 @@ pub(super) fn section(report: &ForesightReport, lang: Language) -> Section {
     let zero = report.effects.iter().filter(|e| e.fate == Fate::NotExercised).map(|e| e.regressor.clone());
     let mut zero: Vec<String> = zero.collect();
     zero.dedup();
-    let zero = code(&mut zero.into_iter()).join(", ");
+    let zero = named(&mut zero.into_iter()).join(", ");
     let mut notes = Vec::new();
     notes.extend((!zero.is_empty()).then(|| say!(lang, "zero-at-every-position", effects = zero)));
     let mut columns: BTreeMap<&str, usize> = BTreeMap::new();

@@ -7,7 +7,7 @@ use super::{ARCSEC, ReportKind, VERSION, finite};
 use crate::document::chart::{Chart, Curve};
 use crate::document::number::{significant, trimmed};
 use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use crate::navigate::earth::EARTH_RATE;
 use crate::navigate::errors::{ErrorSource, ImuErrors};
 use crate::navigate::linear;
@@ -321,7 +321,7 @@ fn in_time(report: &NavigateReport, flown: &[Flown], scenario: usize, lang: Lang
                 Curve { label: motion.motion.clone(), points: points.collect(), dashed: k == 0 && flown.len() > 1 }
             })
             .collect();
-        let caption = say!(lang, "curve-of", what, of = format!("`{}`", of.id));
+        let caption = say!(lang, "curve-of", what, of = code(&of.id));
         Figure {
             description: in_words(&lines, &caption, unit, lang),
             caption,

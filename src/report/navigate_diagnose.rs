@@ -12,7 +12,7 @@ use crate::document::chart::{Chart, Curve};
 use crate::document::number::{rounded, significant};
 use crate::document::{Cell, Content, Document, Figure, Rows, Section, Tone};
 use crate::elements::Elements;
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use crate::navigate::cause::Cause;
 use crate::navigate::diagnose::{Alias, Finding, GapStep, NavigationDiagnosis, Suspect, Unexplained};
 use crate::navigate::errors::ErrorSource;
@@ -390,7 +390,7 @@ fn card(effect: &NavigationEffectReport, lang: Language) -> Option<Content> {
 }
 
 fn alias_said(alias: &NavigationAliasReport, lang: Language) -> String {
-    let mut text = format!("`{}`", alias.regressor);
+    let mut text = code(&alias.regressor);
     if let Some(value) = alias.value {
         let unit = if alias.unit == "1" { "" } else { &alias.unit };
         text.push_str(format!(" = {} {unit}", significant(value, 4)).trim_end());

@@ -7,7 +7,7 @@ use crate::campaign::{Campaign, Identity, Kind, Per, Reading, Scatter};
 use crate::diagnosis::Foresight;
 use crate::plan::{
     Costs, GoalOutcome, Improvement, Judgement, Lacking, Noise, NoiseSource, PointSource, Predicted, PredictedDerived,
-    Reached, Reason, Refined, Request, Separated, ThroughTilts, Work,
+    Reached, Reason, Request, SearchRecord, Separated, ThroughTilts, Work,
 };
 use crate::vocabulary::vocabulary;
 use schemars::JsonSchema;
@@ -183,25 +183,9 @@ pub struct ImprovedReport {
     pub kept: usize,
     /// Work that is still to be done: without what has been measured.
     pub to_run: Work,
-    /// What the chosen ones might cost at most, where that was limited, in the unit of the costs.
-    #[serde(default)]
-    pub cost_limit: Option<f64>,
-    /// Designs that there are, where all of them were tried: none is better.
-    #[serde(default)]
-    pub enumerated: Option<u64>,
-    /// At least this share of the best possible choice of these candidates (within the budget, where there is one); null where no bound is
-    /// known (goal, two effects).
-    pub efficiency: Option<f64>,
-    /// How loose that bound may be, as a share; a larger shortfall means that so few portions cannot follow the best weights.
-    pub bound_gap: Option<f64>,
-    /// What moving the angles between the candidates brought; absent where that was not asked for. Efficiency and enumeration are those of the
-    /// choice among the candidates.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub refined: Option<Refined>,
-    /// Starts of the exchange.
-    pub starts: usize,
-    /// Starts that ended at this schedule's value.
-    pub hits: usize,
+    /// How it was searched.
+    #[serde(flatten)]
+    pub search: SearchRecord,
     /// Seed that gives the same schedule again.
     pub seed: u64,
     /// From the rows of the final schedule against the exchange's updates, as a relative difference for each unknown.
@@ -336,13 +320,7 @@ pub fn plan_report(
             chosen: improvement.chosen,
             kept: improvement.kept,
             to_run: costs.work(&to_run),
-            cost_limit: improvement.limit,
-            enumerated: improvement.enumerated,
-            efficiency: improvement.efficiency,
-            bound_gap: improvement.bound_gap,
-            refined: improvement.refined,
-            starts: improvement.starts,
-            hits: improvement.hits,
+            search: improvement.search,
             seed: request.seed,
             check: improvement.check,
             effort: if budget.is_some() { Effort::Cost } else { Effort::Readings },

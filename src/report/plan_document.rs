@@ -11,7 +11,7 @@ use crate::document::chart::{Chart, Spot};
 use crate::document::number::significant;
 use crate::document::{Cell, Document, Figure, Rows, Section, Tone};
 use crate::elements::Parts;
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use crate::number;
 use crate::plan::{GoalOutcome, Lacking, PointSource, ThroughTilts, Work};
 use std::collections::BTreeMap;
@@ -29,7 +29,7 @@ pub fn plan_document(
     let nothing = report.improved.as_ref().and_then(|improved| not_told_apart(improved, lang));
     let improved = report.improved.as_ref().filter(|_| nothing.is_none());
     let mut document = begin(say!(lang, "plan-of", title), &[], lang)
-        .fact(say!(lang, "bench"), format!("`{}`", report.bench))
+        .fact(say!(lang, "bench"), code(&report.bench))
         .fact(say!(lang, "judged-at-2"), judged_at(&report.judged_at, lang))
         .section(Section::new(say!(lang, "result")).verdicts(nothing.map(|nothing| (Tone::Bad, nothing))));
     if let Some(improved) = improved {
@@ -81,17 +81,17 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
         (tone, say!(lang, "goal-reached", reached = goal.reached, share, proof))
     });
     let impossible = goal.into_iter().flat_map(|goal| &goal.impossible).map(|id| {
-        let text = say!(lang, "cannot-be-determined-by-any-choice", text = format!("`{id}`"));
+        let text = say!(lang, "cannot-be-determined-by-any-choice", text = code(id));
         (Tone::Bad, lang.sentence(&text))
     });
-    let proven = improved.efficiency.zip(proof(improved, lang)).map(|(efficiency, proof)| {
+    let proven = improved.search.efficiency.zip(proof(improved, lang)).map(|(efficiency, proof)| {
         let is_good = efficiency >= 0.99 && improved.unreachable.is_empty();
         (if is_good { Tone::Good } else { Tone::Plain }, lang.sentence(&proof))
     });
     let what = |text: String| say!(lang, "cannot-be-determined-by-any-choice", text);
     let defects = defects(&improved.unreachable, what, &nowhere(&improved.frozen, lang), lang);
     let defects = defects.into_iter().map(|text| (Tone::Bad, text));
-    let limit = improved.cost_limit.map(|limit| cost_limit(improved, limit, lang));
+    let limit = improved.search.cost_limit.map(|limit| cost_limit(improved, limit, lang));
     let said =
         shortfall(improved, lang).filter(|_| proven.is_some()).into_iter().chain(moved(improved, lang)).chain(limit);
     let said = said.chain(finds.iter().map(|find| found_with(find, improved, lang))).map(|said| lang.sentence(&said));
@@ -131,10 +131,10 @@ fn answer(improved: &ImprovedReport, finds: &[FindReport], lang: Language) -> Se
 }
 
 fn chosen(improved: &ImprovedReport, lang: Language) -> String {
-    let starts = match improved.enumerated {
+    let starts = match improved.search.enumerated {
         Some(_) => String::new(),
         None => {
-            let [hits, starts] = [improved.hits, improved.starts].map(|n| n.to_string());
+            let [hits, starts] = [improved.search.hits, improved.search.starts].map(|n| n.to_string());
             say!(lang, "seed-of-starts-ended-here", seed = improved.seed.to_string(), hits, starts)
         }
     };
@@ -154,7 +154,7 @@ fn defects(list: &[NotEstimableReport], what: impl Fn(String) -> String, nowhere
         None => nowhere.to_string(),
     };
     let clauses = |d: &NotEstimableReport| {
-        let clauses = [Some(what(format!("`{}`", d.text))), d.instead(lang), Some(separated(d))];
+        let clauses = [Some(what(code(&d.text))), d.instead(lang), Some(separated(d))];
         lang.sentence(&clauses.into_iter().flatten().collect::<Vec<_>>().join(lang.semicolon()))
     };
     list.iter().map(clauses).collect()
@@ -351,15 +351,15 @@ fn runs<'a>(values: impl Iterator<Item = &'a f64>) -> String {
 
 /// How good the choice is proven to be.
 fn proof(improved: &ImprovedReport, lang: Language) -> Option<String> {
-    if let Some(all) = improved.enumerated {
+    if let Some(all) = improved.search.enumerated {
         return Some(say!(lang, "best-of-all-choices", all = all.to_string()));
     }
-    Some(say!(lang, "proven-efficiency", share = percent(improved.efficiency?)))
+    Some(say!(lang, "proven-efficiency", share = percent(improved.search.efficiency?)))
 }
 
 /// What moving the angles between the candidates brought.
 fn moved(improved: &ImprovedReport, lang: Language) -> Option<String> {
-    let refined = improved.refined.as_ref()?;
+    let refined = improved.search.refined.as_ref()?;
     let resolution = significant(refined.resolution_deg, 3);
     if refined.moved == 0 {
         return Some(say!(lang, "no-angle-is-worth-moving", resolution));
@@ -370,10 +370,10 @@ fn moved(improved: &ImprovedReport, lang: Language) -> Option<String> {
 
 /// Why the efficiency is below 0.99: the bound, or the few portions.
 fn shortfall(improved: &ImprovedReport, lang: Language) -> Option<String> {
-    let (efficiency, gap) = (improved.efficiency?, improved.bound_gap?);
+    let (efficiency, gap) = (improved.search.efficiency?, improved.search.bound_gap?);
     let short = 1.0 - efficiency;
     (short > 0.01).then(|| match gap < 0.1 * short {
-        true if improved.cost_limit.is_some() => say!(lang, "the-bound-allows-more-mountings-than-the").into(),
+        true if improved.search.cost_limit.is_some() => say!(lang, "the-bound-allows-more-mountings-than-the").into(),
         true => say!(lang, "so-few-portions-cannot-follow-the-best").into(),
         false => say!(lang, "the-bound-itself-may-be-too-high", gap = significant(gap, 2)),
     })

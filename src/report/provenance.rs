@@ -4,7 +4,7 @@ use super::VERSION;
 use crate::document::Document;
 #[cfg(feature = "cli")]
 use crate::elements::Parts;
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 #[cfg(feature = "cli")]
@@ -49,7 +49,7 @@ impl Input {
 
 /// A document without sections, with version and inputs at its end.
 pub(super) fn begin(title: impl Into<String>, inputs: &[Input], lang: Language) -> Document {
-    let digest = |input: &Input| (say!(lang, "sha-of", name = input.name), format!("`{}`", input.sha256));
+    let digest = |input: &Input| (say!(lang, "sha-of", name = input.name), code(&input.sha256));
     let version = (say!(lang, "made-by").to_string(), format!("tumble {VERSION}"));
     let colophon = [version].into_iter().chain(inputs.iter().map(digest)).collect();
     Document { title: title.into(), language: lang, colophon, ..Document::default() }

@@ -13,7 +13,6 @@ use std::collections::BTreeMap;
 
 /// A source of scatter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct ScatterReport {
     /// As budgets name it: `readings of V`, `beta per position`, `priors`.
     pub source: String,

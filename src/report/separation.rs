@@ -9,7 +9,6 @@ use std::collections::BTreeMap;
 
 /// A rank defect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct NotEstimableReport {
     /// The combination that the readings leave free.
     pub combination: BTreeMap<String, f64>,
@@ -67,7 +66,6 @@ pub type PositionReport = BTreeMap<String, f64>;
 
 /// A combination of parameters.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct CombinationReport {
     /// Coefficient of each parameter.
     pub combination: BTreeMap<String, f64>,

@@ -7,7 +7,7 @@ use super::separation::{PositionReport, position_keys};
 use crate::campaign::{Campaign, Reading};
 use crate::document::number::trimmed;
 use crate::document::{Document, Rows, Section};
-use crate::language::{Language, say};
+use crate::language::{Language, code, say};
 use crate::plan::{Costs, mountings};
 
 /// More mountings than this are not drawn: two stand side by side, so these are ten printed pages.
@@ -105,7 +105,7 @@ pub fn sheet_document(schedule: &Campaign, costs: &Costs, lang: Language) -> Doc
         }
     }
     begin(say!(lang, "run-sheet", bench = lang.name(&schedule.bench.title)), &[], lang)
-        .fact(say!(lang, "bench"), format!("`{}`", schedule.bench.id))
+        .fact(say!(lang, "bench"), code(&schedule.bench.id))
         .fact(say!(lang, "readings"), work.readings.to_string())
         .fact(say!(lang, "mountings"), work.mountings.to_string())
         .fact(say!(lang, "cost"), trimmed(work.cost))

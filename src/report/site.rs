@@ -21,7 +21,6 @@ vocabulary! {
 
 /// What the inputs of the model lines rest on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct SiteReport {
     /// Geodetic latitude, degrees; null where the bench has no site.
     pub latitude_deg: Option<f64>,
@@ -41,7 +40,6 @@ pub struct SiteReport {
 
 /// Local gravity.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[non_exhaustive]
 pub struct GravityReport {
     /// Value, in `unit`.
     pub value: f64,

@@ -2,7 +2,10 @@
 
 use super::quantiles;
 use crate::campaign::Distribution;
+use crate::number::or_infinite;
 use crate::vocabulary::vocabulary;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 vocabulary! {
     /// How a contribution was evaluated (GUM 2.3.2, 2.3.3).
@@ -42,24 +45,28 @@ impl From<Distribution> for Shape {
 }
 
 /// One line of a budget.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Contribution {
-    /// Where it comes from: a known parameter, a sensor's readings, a prior.
+    /// Where it comes from.
     pub source: String,
-    /// Type A or Type B.
+    /// `A` or `B`.
+    #[serde(rename = "type")]
     pub evaluation: Evaluation,
-    /// Shape of its distribution.
+    /// Shape of the distribution.
     pub distribution: Shape,
-    /// Estimate of the source, in its unit; `None` where the source is many readings.
-    pub estimate: Option<f64>,
-    /// Standard uncertainty of the source, in the source's unit; `None` where the source is many readings.
-    pub source_u: Option<f64>,
-    /// Sensitivity coefficient, quantity by source; `None` where the source is many readings.
-    pub sensitivity: Option<f64>,
-    /// Contribution to the quantity's standard uncertainty, `|c| u`. Of a correlated pair the root of `2 c_i c_j u_i u_j |r|` (GUM eq. 13), negative where
-    /// that takes from the variance.
+    /// Contribution to the standard uncertainty, in the quantity's unit; negative for a correlated pair that takes from the variance (its square).
+    // `|c| u`, of a correlated pair the root of `2 c_i c_j u_i u_j |r|` (GUM eq. 13)
     pub u: f64,
-    /// Degrees of freedom of the source; may be infinite.
+    /// Estimate of the source, where it is one quantity, in the source's unit.
+    pub estimate: Option<f64>,
+    /// Sensitivity coefficient, where the source is one quantity, in the quantity's unit over the source's.
+    #[serde(rename = "c")]
+    pub sensitivity: Option<f64>,
+    /// Standard uncertainty of the source itself, where it is one quantity, in the source's unit.
+    pub source_u: Option<f64>,
+    /// Degrees of freedom; null for infinite.
+    #[serde(deserialize_with = "or_infinite")]
+    #[schemars(with = "Option<f64>")]
     pub dof: f64,
 }
 

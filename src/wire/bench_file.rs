@@ -1,13 +1,13 @@
 //! The bench file (`*.bench.json`).
 
-use super::shapes::shapes;
+use super::shapes::shaped;
 use super::{Named, SiteFile};
 use crate::algebra::Expression;
 use crate::bench::{Axis, Bench, DerivedQuantity, Link, Modulation, Sensor, Units};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 /// A bench: the chain of rotations from the ground to the sensor, and each sensor's error model as one line of algebra.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -143,12 +143,12 @@ impl DerivedFile {
     }
 }
 
-impl<'de> Deserialize<'de> for DerivedFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let shapes = shapes("a line of algebra, or { \"line\": ..., \"unit\": ... }");
-        shapes.text(DerivedFile::Line).object(DerivedFile::InUnit).read(deserializer)
-    }
-}
+shaped!(
+    DerivedFile,
+    "a line of algebra, or { \"line\": ..., \"unit\": ... }",
+    text: DerivedFile::Line,
+    object: DerivedFile::InUnit
+);
 
 impl BenchFile {
     /// Turn the file into a checked bench. Errors carry the path inside the file.

@@ -1,12 +1,12 @@
 //! Limits of results, and lines of `"constraints"`, in a campaign file: what must hold between estimated parameters.
 
 use super::Named;
-use super::shapes::shapes;
+use super::shapes::shaped;
 use crate::campaign::{Campaign, Constraint, Kind, Limit, Limited, Role, not_finite};
 use crate::error::{Fault, Malformed, Result};
 use crate::units::Conversion;
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 /// Lower and upper limit, null for none; with a unit as an object.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
@@ -29,12 +29,12 @@ pub struct LimitInUnit {
     pub unit: Option<String>,
 }
 
-impl<'de> Deserialize<'de> for LimitFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let shapes = shapes("[lower, upper], or { \"between\": [lower, upper], \"unit\": ... }");
-        shapes.list(LimitFile::Bare).object(LimitFile::InUnit).read(deserializer)
-    }
-}
+shaped!(
+    LimitFile,
+    "[lower, upper], or { \"between\": [lower, upper], \"unit\": ... }",
+    list: LimitFile::Bare,
+    object: LimitFile::InUnit
+);
 
 /// Limits as files write them, in the internal units of their quantities.
 pub(super) fn limits_file(campaign: &Campaign) -> Named<LimitFile> {

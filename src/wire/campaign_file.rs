@@ -2,7 +2,7 @@
 
 use super::bounds_file::{self, ConstraintFile, LimitFile};
 use super::readings_file::{ReadingFile, read_rows};
-use super::shapes::shapes;
+use super::shapes::shaped;
 use super::{
     BenchFile, DerivedFile, Fetch, Folder, Named, SamplesFile, SiteFile, Source, WRONG_FORM, read_bench, read_readings,
 };
@@ -14,7 +14,7 @@ use crate::campaign::{
 };
 use crate::error::{Fault, Malformed, Result};
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// A campaign: a bench, what is known, what is asked, and the readings. Without sensor values it is a schedule.
@@ -122,22 +122,20 @@ impl Default for ReadingsRef {
     }
 }
 
-impl<'de> Deserialize<'de> for BenchRef {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let shapes = shapes("a built-in bench id, the path of a bench file, or a bench object").text(BenchRef::Named);
-        shapes.object(|bench: BenchFile| BenchRef::Inline(Box::new(bench))).read(deserializer)
-    }
-}
+shaped!(
+    BenchRef,
+    "a built-in bench id, the path of a bench file, or a bench object",
+    text: BenchRef::Named,
+    object: |bench: BenchFile| BenchRef::Inline(Box::new(bench))
+);
 
-impl<'de> Deserialize<'de> for ReadingsRef {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        shapes("a list of readings, the path of a table, or { \"samples\": the path of a record, ... }")
-            .text(ReadingsRef::Path)
-            .list(ReadingsRef::Inline)
-            .object(|samples: SamplesFile| ReadingsRef::Samples(Box::new(samples)))
-            .read(deserializer)
-    }
-}
+shaped!(
+    ReadingsRef,
+    "a list of readings, the path of a table, or { \"samples\": the path of a record, ... }",
+    text: ReadingsRef::Path,
+    list: ReadingsRef::Inline,
+    object: |samples: SamplesFile| ReadingsRef::Samples(Box::new(samples))
+);
 
 /// An entry of that section.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -152,11 +150,7 @@ pub enum KnownEntry {
 /// What is expected of it.
 const KNOWN: &str = "an object { \"value\": ..., \"unit\": ..., \"u\": ... }";
 
-impl<'de> Deserialize<'de> for KnownEntry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        shapes(KNOWN).text(KnownEntry::From).object(KnownEntry::Known).read(deserializer)
-    }
-}
+shaped!(KnownEntry, KNOWN, text: KnownEntry::From, object: KnownEntry::Known);
 
 /// What is taken from the report of an earlier fit.
 #[derive(Deserialize)]
@@ -175,12 +169,13 @@ struct EarlierParameter {
     dof: Option<f64>,
 }
 
-/// The covariance in a fit report; its other keys are left alone.
-#[derive(Debug, Clone, Deserialize)]
+/// A covariance matrix.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "CovarianceReport")]
 pub struct CovarianceFile {
     /// Names of the rows and columns.
     pub order: Vec<String>,
-    /// The matrix, row by row; null for what is not estimable.
+    /// The matrix, row by row, in products of the parameters' units (tilts in rad; correlations are pure numbers); null for what is not estimable.
     pub matrix: Vec<Vec<Option<f64>>>,
 }
 

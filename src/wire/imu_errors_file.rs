@@ -1,10 +1,10 @@
 //! Errors of an inertial measurement unit as a mission file gives them.
 
-use super::shapes::shapes;
+use super::shapes::shaped;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::errors::{ErrorSource, ImuErrors, Instrument, Kind};
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 /// Errors of the unit; a single number applies to all axes. The axes are those of the body: x right, y forward, z up, so that a unit whose y points to the
 /// right, or whose z points down, has its errors renamed and their signs changed here.
@@ -150,12 +150,13 @@ impl DriftCoefficients {
     }
 }
 
-impl<'de> Deserialize<'de> for DriftFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let shapes = shapes("a number for all gyros, [x, y, z], or { \"xx\": ..., \"xz\": ... }");
-        shapes.number(DriftFile::All).list(DriftFile::Own).object(DriftFile::Each).read(deserializer)
-    }
-}
+shaped!(
+    DriftFile,
+    "a number for all gyros, [x, y, z], or { \"xx\": ..., \"xz\": ... }",
+    number: DriftFile::All,
+    list: DriftFile::Own,
+    object: DriftFile::Each
+);
 
 /// What of the second axis' input the first axis' sensor sees; x right, y forward, z up.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -204,18 +205,14 @@ impl InstallationAngles {
     }
 }
 
-impl<'de> Deserialize<'de> for AxesFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        shapes("a number for all axes, or [x, y, z]").number(AxesFile::All).list(AxesFile::Each).read(deserializer)
-    }
-}
+shaped!(AxesFile, "a number for all axes, or [x, y, z]", number: AxesFile::All, list: AxesFile::Each);
 
-impl<'de> Deserialize<'de> for InstallationFile {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
-        let shapes = shapes("a number for all six, or { \"xy\": ..., \"xz\": ... }");
-        shapes.number(InstallationFile::All).object(InstallationFile::Each).read(deserializer)
-    }
-}
+shaped!(
+    InstallationFile,
+    "a number for all six, or { \"xy\": ..., \"xz\": ... }",
+    number: InstallationFile::All,
+    object: InstallationFile::Each
+);
 
 impl ErrorsFile {
     /// The errors in SI units. Errors: a value that is not finite, a negative random walk, a ratio or angle that is no

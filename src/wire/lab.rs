@@ -13,6 +13,9 @@ use serde_json::Value;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LabFile {
+    /// Where it was read: faults of its own are located there.
+    #[serde(skip)]
+    pub(super) source: Source,
     /// The certificate itself.
     pub certificate: CertificateFile,
     /// The calibration laboratory.
@@ -200,7 +203,7 @@ pub struct MethodFile {
 /// assert!(error.what().contains("id"));
 /// ```
 pub fn read_lab(source: &Source) -> Result<LabFile> {
-    let lab: LabFile = parse(source)?;
+    let lab = LabFile { source: source.clone(), ..parse(source)? };
     check(&lab).map_err(|error| in_source(error, source))?;
     Ok(lab)
 }
@@ -247,7 +250,7 @@ impl LabFile {
                 )
                 .at_path("date"));
         }
-        days(certificate)?;
+        days(certificate).map_err(|error| in_source(error, &self.source))?;
         Ok(self)
     }
 

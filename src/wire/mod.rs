@@ -48,7 +48,6 @@ pub(crate) use campaign_file::{CovarianceFile, KnownEntry};
 #[cfg(feature = "cli")]
 pub(crate) use columns::{key_unit, of_title};
 pub use correction_file::CorrectionFile;
-pub(crate) use correction_file::InputFile;
 pub(crate) use effects_file::EffectsFile;
 pub use effects_file::{built_in_effects, read_effects};
 pub use folder::Folder;
@@ -91,7 +90,7 @@ use crate::error::{Fault, Malformed, Result};
 use serde::de::DeserializeOwned;
 
 /// A text and the name that errors should give it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Source {
     /// File name as the user knows it.
     pub name: String,

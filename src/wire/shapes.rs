@@ -39,6 +39,19 @@ impl<T, L, M> Shapes<T, L, M> {
     }
 }
 
+/// A type that a file has in several shapes: `shaped!(AxesFile, "a number, or [x, y, z]", number: AxesFile::All, list: AxesFile::Each);`
+macro_rules! shaped {
+    ($of:ty, $expected:expr, $($shape:ident: $make:expr),+) => {
+        impl<'de> serde::Deserialize<'de> for $of {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+                $crate::wire::shapes::shapes($expected)$(.$shape($make))+.read(from)
+            }
+        }
+    };
+}
+
+pub(super) use shaped;
+
 impl<'de, T, L: Deserialize<'de>, M: Deserialize<'de>> Shapes<T, L, M> {
     pub fn read<D: Deserializer<'de>>(self, deserializer: D) -> Result<T, D::Error> {
         deserializer.deserialize_any(self)

@@ -98,9 +98,9 @@ fn far_from_zero_the_azimuth_has_value_and_expanded_uncertainty() {
     // u of each component is 1/sqrt 2, so u of the angle is that over 500
     let u = (0.5f64.sqrt() / 500.0).to_degrees();
     assert!((azimuth.value.unwrap() - 400f64.atan2(-300.0).to_degrees()).abs() < 1e-10);
-    assert!((azimuth.u.unwrap() / u - 1.0).abs() < 1e-9, "{azimuth:?}");
+    assert!((azimuth.combined.u.unwrap() / u - 1.0).abs() < 1e-9, "{azimuth:?}");
     let [low, high] = azimuth.interval.unwrap();
-    assert!((0.5 * (high - low) / azimuth.expanded.unwrap() - 1.0).abs() < 1e-5);
+    assert!((0.5 * (high - low) / azimuth.combined.expanded.unwrap() - 1.0).abs() < 1e-5);
     assert!(azimuth.note.is_none());
 }
 
@@ -112,8 +112,8 @@ fn near_zero_the_azimuth_is_any() {
     let value = (-0.7f64).atan2(0.4).to_degrees();
     assert!((azimuth.value.unwrap() - value).abs() < 1e-10);
     assert_eq!(azimuth.interval.map(|ends| ends.map(|end| (end - value).round())), Some([-180.0, 180.0]));
-    assert!((azimuth.u.unwrap() - PI.to_degrees() / 3f64.sqrt()).abs() < 1e-9);
-    assert!((azimuth.expanded.unwrap() - 180.0).abs() < 1e-9);
+    assert!((azimuth.combined.u.unwrap() - PI.to_degrees() / 3f64.sqrt()).abs() < 1e-9);
+    assert!((azimuth.combined.expanded.unwrap() - 180.0).abs() < 1e-9);
     // whatever line they are broken in
     let told = |language| {
         tumble::document::terminal::brief(&tumble::report::fit_document(&report, &Default::default(), language))

@@ -117,17 +117,17 @@ fn every_line_is_a_source_of_the_budget() {
     assert_eq!((seat.levels, seat.unit.as_str(), seat.from.name(), seat.dof), (8, "arcsec", "stated", Some(8.0)));
     assert_within(seat.sd.unwrap(), 4.0, 1e-12, "sd");
     for p in &report.parameters {
-        let total: f64 = p.budget.iter().map(|line| line.u * line.u).sum();
-        assert_within(total.sqrt(), p.u.unwrap(), 1e-12 * p.u.unwrap(), &p.id);
+        let total: f64 = p.budget.iter().map(|line| line.of.u * line.of.u).sum();
+        assert_within(total.sqrt(), p.combined.u.unwrap(), 1e-12 * p.combined.u.unwrap(), &p.id);
         assert!(
-            p.budget.iter().all(|line| (line.evaluation.name() == "B") == (line.source != "readings of V")),
+            p.budget.iter().all(|line| (line.of.evaluation.name() == "B") == (line.of.source != "readings of V")),
             "{:?}",
             p.budget
         );
     }
     // kI deviates once in the campaign: its own uncertainty cannot be less
-    let own = report.parameters[1].budget.iter().find(|line| line.source == "kI per campaign").unwrap();
-    assert_within(own.u, 1e-4, 1e-12, "kI per campaign");
+    let own = report.parameters[1].budget.iter().find(|line| line.of.source == "kI per campaign").unwrap();
+    assert_within(own.of.u, 1e-4, 1e-12, "kI per campaign");
     assert_within(ARCSEC * 4.0, fit.noise.sources[1].variance.sqrt(), 1e-18, "radians inside");
 }
 
@@ -211,10 +211,11 @@ fn a_line_at_zero_keeps_its_degrees_of_freedom() {
     let report = report::fit_report(&fit);
     for (p, squares) in report.parameters.iter().zip([8.0, 4.0]) {
         let expected = 1e-5 * (left / 6.0 / squares).sqrt();
-        assert_within(p.u.unwrap(), expected, 1e-6 * expected, &p.id);
-        assert_within(p.dof.unwrap(), 6.0, 1e-4, &p.id);
-        let total: f64 = p.budget.iter().map(|line| line.u * line.u).sum();
-        assert_within(total.sqrt(), p.u.unwrap(), 1e-9 * p.u.unwrap(), &p.id);
+        let u = p.combined.u.unwrap();
+        assert_within(u, expected, 1e-6 * expected, &p.id);
+        assert_within(p.combined.dof.unwrap(), 6.0, 1e-4, &p.id);
+        let total: f64 = p.budget.iter().map(|line| line.of.u * line.of.u).sum();
+        assert_within(total.sqrt(), u, 1e-9 * u, &p.id);
     }
     assert!(report.scatter[1].at_zero && report.scatter[1].sd == Some(0.0));
     assert!(fit::draw(&fit, 2000, 1, &|_| {}).unwrap().is_some());

@@ -145,7 +145,7 @@ fn efficiencies_and_why_they_fall_short() {
             let starts = draws(40, 100);
             let request = Request { readings: 30, unit, criterion: criterion.clone(), starts, ..Request::default() };
             let best = plan::improve(&campaign, &offer, &request).unwrap();
-            let (efficiency, gap) = (best.efficiency.unwrap(), best.bound_gap.unwrap());
+            let (efficiency, gap) = (best.search.efficiency.unwrap(), best.search.bound_gap.unwrap());
             let enumerated = if unit == Unit::Mounting && step >= 72.0 {
                 let found = enumerated(&campaign, &noise, step, criterion);
                 let own = criterion_of(&campaign, &noise, step, criterion, &best.schedule);

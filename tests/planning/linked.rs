@@ -88,12 +88,12 @@ fn what_links_positions_is_planned_for_as_numpy_enumerates() {
             let least = number(&problem["least"][name]);
             println!(
                 "{line:>8} {name}: {found:.9} found, {least:.9} least of {} designs, efficiency {:?}",
-                problem["designs"], best.efficiency
+                problem["designs"], best.search.efficiency
             );
             assert!((found - least).abs() <= 1e-7 * least.abs(), "{line} {name}: {found} found, {least} least");
             assert!(best.check.unwrap() < 1e-9, "{:?}", best.check);
             // the bound is below what can be reached
-            assert!(best.efficiency.is_none_or(|share| share <= 1.0 + 1e-9));
+            assert!(best.search.efficiency.is_none_or(|share| share <= 1.0 + 1e-9));
         }
     }
 }

@@ -79,7 +79,7 @@ fn angles_move_between_the_candidates() {
         let best = plan::improve(&campaign, &offer, &request).unwrap();
         let mut angles: Vec<f64> = best.schedule.readings.rows.iter().filter_map(|r| r.joints[0].keys().0).collect();
         angles.sort_by(f64::total_cmp);
-        (angles, best.refined.unwrap())
+        (angles, best.search.refined.unwrap())
     };
     let (angles, refined) = moved(Vec::new());
     let apart = (angles[1] - angles[0]).to_radians();
@@ -119,7 +119,7 @@ fn few_designs_are_all_tried() {
             Request { readings: 30, unit: Unit::Mounting, criterion: criterion.clone(), ..Request::default() };
         let best = plan::improve(&campaign, &offer(&campaign, noise.clone(), 90.0), &request).unwrap();
         // C(16 + 5 - 1, 5) multisets of five mountings
-        assert_eq!((best.enumerated, best.efficiency), (Some(15_504), Some(1.0)), "{criterion:?}");
+        assert_eq!((best.search.enumerated, best.search.efficiency), (Some(15_504), Some(1.0)), "{criterion:?}");
     }
 }
 
@@ -147,7 +147,7 @@ fn budgets_are_spent_and_more_is_never_worse() {
             work.readings,
             work.mountings,
             work.cost,
-            best.efficiency.unwrap()
+            best.search.efficiency.unwrap()
         );
         assert!(work.cost <= budget + 1e-9 && work.cost > budget - 1.0, "{}", work.cost);
         assert!(value <= before + 1e-9, "{value} after {before}");
@@ -276,7 +276,7 @@ fn a_goal_is_reached_with_fewer_between_the_candidates() {
     let fine =
         plan::reach(&campaign, &offer(&campaign, noise, 45.0), &Request { refine, ..request }, &goals, false).unwrap();
     assert_eq!((fine.goal.reached, fine.improvement.chosen, fine.goal.is_fewest), (true, 3, false));
-    assert!(fine.improvement.refined.unwrap().moved > 0);
+    assert!(fine.improvement.search.refined.unwrap().moved > 0);
 }
 
 /// Degrees between positions cost: the work adds up the shorter ways, the order takes a round that no order beats, and a budget pays for the way.

@@ -95,10 +95,10 @@ fn no_share_is_promised_above_the_truth_where_the_way_is_paid_for() {
         let share = (det(information(&chosen)) / best).sqrt();
         judged += 1;
         short += usize::from(share < 1.0 - 1e-9);
-        if let Some(claimed) = found.efficiency {
+        if let Some(claimed) = found.search.efficiency {
             assert!(claimed <= share * (1.0 + 1e-9), "claimed {claimed}, is {share}: {at:?} for {budget}");
         }
-        assert!(found.enumerated.is_none() || share > 1.0 - 1e-9);
+        assert!(found.search.enumerated.is_none() || share > 1.0 - 1e-9);
     }
     println!("{judged} problems, {short} choices below the best");
     assert!(judged >= 20);
@@ -174,7 +174,7 @@ fn no_share_is_promised_above_the_truth_where_mountings_scatter() {
             }
             let share = best / value(&chosen);
             judged += 1;
-            let claimed = found.efficiency.unwrap_or(0.0);
+            let claimed = found.search.efficiency.unwrap_or(0.0);
             assert!(claimed <= share * (1.0 + 1e-7), "{criterion:?}: claimed {claimed}, is {share}: {at:?}, {scatter}");
         }
     }

@@ -46,7 +46,9 @@ fn what_vanishes_at_zero_needs_a_value_and_is_no_defect() {
     let request = Request { readings: 4, ..Request::default() };
     let error = plan::improve(&schedule, &offer(&schedule, noise.clone(), 45.0), &request).unwrap_err();
     assert_eq!(error.remedy(), Some(("at", "K=VALUE")), "{error}");
-    assert!(plan::improve(&started, &offer(&started, noise, 45.0), &request).unwrap().efficiency.unwrap() > 0.99);
+    assert!(
+        plan::improve(&started, &offer(&started, noise, 45.0), &request).unwrap().search.efficiency.unwrap() > 0.99
+    );
 }
 
 /// What is free at every value of the parameters stays a defect: at 0 and 180 deg only, nothing tells K from b... and K is a defect still.

@@ -71,7 +71,12 @@ fn five_positions_better_than_the_published_five() {
     let request = Request { readings: 30, unit: Unit::Mounting, ..Request::default() };
     let best = plan::improve(&campaign, &offer(&campaign, noise, 36.0), &request).unwrap();
     assert_eq!((best.judgement.work.readings, best.judgement.work.mountings), (30, 5));
-    assert!(best.efficiency.unwrap() > 0.9999 && best.check.unwrap() < 1e-12, "{:?} {:?}", best.efficiency, best.check);
+    assert!(
+        best.search.efficiency.unwrap() > 0.9999 && best.check.unwrap() < 1e-12,
+        "{:?} {:?}",
+        best.search.efficiency,
+        best.check
+    );
     let sum: f64 = 10.0 * (400.0 + 900.0 + 1600.0);
     let alone = 9e-4 / (2.9222 * sum.sqrt());
     println!("{:12} {:>10} {:>10} {:>6}  arcsec", "angle", "published", "best", "gain");
@@ -120,7 +125,7 @@ fn same_seed_same_schedule_and_coordinate_exchange_agrees() {
     let joints = |own: &tumble::Campaign| own.readings.rows.iter().map(|r| r.joints.clone()).collect::<Vec<_>>();
     assert_eq!(joints(&first.schedule), joints(&second.schedule));
     let coordinate = run(&Request { method: plan::Method::Coordinate, ..request.clone() });
-    assert_close(coordinate.efficiency.unwrap(), first.efficiency.unwrap(), 1e-6);
+    assert_close(coordinate.search.efficiency.unwrap(), first.search.efficiency.unwrap(), 1e-6);
     let random = run(&Request { order: Order::Random, ..request.clone() });
     assert!(random.judgement.drift.unwrap() < 1.0 && random.judgement.work.readings == 12);
 }
@@ -133,10 +138,10 @@ fn c_optimal_for_a_slope_is_both_ends_and_g_agrees_with_d() {
     let slope = Request { readings: 4, criterion: Criterion::C("b".into()), ..Request::default() };
     let best = plan::improve(&campaign, &offer, &slope).unwrap();
     assert_close(best.judgement.parameters[1].u.unwrap(), 0.5, 1e-12);
-    assert!(best.efficiency.unwrap() > 0.9999);
+    assert!(best.search.efficiency.unwrap() > 0.9999);
     // Kiefer and Wolfowitz: the D-optimal weights are G-optimal, largest prediction variance n/N = 2/4
     let g = plan::improve(&campaign, &offer, &Request { criterion: Criterion::G, ..slope.clone() }).unwrap();
-    assert_close(g.efficiency.unwrap(), 1.0, 1e-9);
+    assert_close(g.search.efficiency.unwrap(), 1.0, 1e-9);
 }
 
 /// u = sd/sqrt(n) of a constant: a goal of 0.25 at sd 1 needs 16 readings, and 15 cannot do it.

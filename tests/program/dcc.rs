@@ -324,6 +324,24 @@ fn a_missing_or_wrong_identity_is_refused_by_name_and_nothing_is_written() {
     assert!(!Path::new(&certificate).exists());
 }
 
+/// Without days of its own a lab file takes the campaign's; a day of issue before them is a fault of the lab file.
+#[test]
+fn a_day_before_the_campaigns_stands_in_the_lab_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).display().to_string();
+    let read = |name: &str| -> serde_json::Value { serde_json::from_str(&fs::read_to_string(name).unwrap()).unwrap() };
+    let (mut campaign, mut lab) = (read(TABLE_1), read(LAB));
+    campaign["date"] = "2026-05-04".into();
+    lab["certificate"].as_object_mut().unwrap().retain(|key, _| !["begin", "end", "received"].contains(&key.as_str()));
+    lab["certificate"]["issued"] = "2026-05-01".into();
+    for (name, text) in [("c.campaign.json", &campaign), ("lab.json", &lab)] {
+        fs::write(path(name), serde_json::to_string_pretty(text).unwrap()).unwrap();
+    }
+    let arguments = ["fit", &path("c.campaign.json"), "--dcc", &path("d.xml"), "--lab", &path("lab.json")];
+    let (code, _, errors) = tumble(&arguments);
+    assert!(code == 1 && errors.contains("lab.json") && errors.contains("\"issued\": \"2026-05-01\""), "{errors}");
+}
+
 /// An azimuth of two components near zero has an interval that is not `value - U` to `value + U`; the largest of several deviations has a k of its own, and
 /// what is said of it; the laboratory's note and limits as they were stated.
 #[test]

@@ -2,7 +2,7 @@
 
 use tumble::document::{
     Bar, Cell, Chart, Detail, Document, GapPanel, GapPoint, Interval, Part, Residual, Row, Rows, Section, Table, html,
-    plot, terminal,
+    markdown, plot, terminal,
 };
 use tumble::language::Language;
 
@@ -24,6 +24,34 @@ fn markup_of_the_user_stays_text() {
     for expected in ["&lt;i&gt; <code class=\"short\">a&lt;b</code> &amp; c", "one ` alone", "a\u{fffd}b\u{fffd}"] {
         assert!(page.contains(expected), "{expected}");
     }
+}
+
+/// A name may have the sign that sets names in code type: a bench `b`1|x` in a text with another name, in every output.
+#[test]
+fn a_backtick_in_a_name_is_a_letter_of_it() {
+    let table = Rows::of(["b`1|x", "`a", "c"]).name("bench", |name| name).left("of", |_| "one of `V0` and `kI`");
+    let page = Document::new("p").section(Section::new("s").table(table));
+    let expected = [
+        (markdown::render(&page), ["``` b`1\\|x ``` | one of `V0` and `kI` |", "``` `a ``` "]),
+        (html::render(&page).unwrap(), ["<code class=\"short\">b`1|x</code>", "<code class=\"short\">`a</code>"]),
+        (terminal::render(&page, Detail::Full), ["b`1|x  one of V0 and kI", "`a     one of V0 and kI"]),
+    ];
+    for (text, words) in expected {
+        words.into_iter().for_each(|word| assert!(text.contains(word), "{word} is not in {text}"));
+    }
+}
+
+/// Beyond the colours of the palette each source of a budget still has one of its own.
+#[test]
+fn every_source_of_a_budget_has_its_colour() {
+    let part = |k: usize| Part { source: format!("s{k}"), type_b: k % 2 == 0, size: 1.0 };
+    let bar = Bar { label: "x".into(), parts: (0..16).map(part).collect() };
+    let svg = plot::draw(&Chart::Bars(vec![bar], "u".into(), String::new(), true), Language::English).unwrap();
+    let entries = svg.split("<rect").filter(|rect| rect.contains("width=\"22\" height=\"20\""));
+    let colours: std::collections::BTreeSet<String> = entries
+        .map(|rect| rect.split(" stroke").next().unwrap().split("opacity=").nth(1).unwrap().to_string())
+        .collect();
+    assert_eq!(colours.len(), 16, "{svg}");
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use crate::support::exact;
 use std::path::Path;
 use tumble::campaign::{Campaign, JointState};
-use tumble::correction::{Calibration, Corrector, InputRole, Quantity};
+use tumble::correction::{Calibration, Corrector, Quantity};
 use tumble::design::{Instant, Kinematics, Model, kinematics};
 use tumble::wire;
 
@@ -59,17 +59,17 @@ fn inputs_return(name: &str) -> usize {
         .iter()
         .map(|line| campaign.bench.sensors.iter().position(|s| s.id == line.sensor).unwrap())
         .collect();
-    let solved = || calibration.inputs.iter().filter(|input| input.role == InputRole::Solved);
+    let solved = || calibration.inputs.iter().filter(|input| input.solved);
     for k in 0..20 {
         let (at, all, columns) = sample(&campaign, &fit.point, k);
         let readings: Vec<f64> = places.iter().map(|s| all[*s]).collect();
         let given: Vec<f64> = calibration
             .inputs
             .iter()
-            .filter(|input| input.role == InputRole::Given)
+            .filter(|input| !input.solved)
             .map(|input| match input.quantity {
-                Quantity::Rate => input.direction.dot(&at.rate),
-                Quantity::Force => input.direction.dot(&at.force),
+                Quantity::Rate => input.direction().dot(&at.rate),
+                Quantity::Force => input.direction().dot(&at.force),
                 Quantity::Column => {
                     let column = campaign.readings.columns.iter().position(|c| *c == input.name).unwrap();
                     columns[column].unwrap()
@@ -81,7 +81,7 @@ fn inputs_return(name: &str) -> usize {
         assert!(corrected.converged, "{name}, sample {k}");
         for (input, found) in solved().zip(&corrected.inputs) {
             let vector = if input.quantity == Quantity::Rate { &at.rate } else { &at.force };
-            let truth = input.direction.dot(vector);
+            let truth = input.direction().dot(vector);
             let size = vector.norm();
             assert!((found - truth).abs() <= 1e-12 * size.max(1e-3), "{name}, {}: {found} for {truth}", input.name);
         }

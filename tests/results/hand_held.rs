@@ -2,7 +2,7 @@
 
 use crate::correction::example;
 use crate::support::{exact, parse};
-use tumble::correction::{Calibration, Corrector, InputRole};
+use tumble::correction::{Calibration, Corrector};
 
 /// Tedaldi's line, every parameter known but one bias; the reading is the norm of (9, 2, 3) m/s^2.
 pub fn by_its_norm() -> String {
@@ -77,8 +77,8 @@ fn what_is_no_triad_is_said() {
 #[test]
 fn columns_that_are_rates_in_use_are_solved_for() {
     let calibration = calibration(TURNED);
-    let inputs: Vec<(&str, InputRole)> = calibration.inputs.iter().map(|own| (own.name.as_str(), own.role)).collect();
-    let (solved, given) = (InputRole::Solved, InputRole::Given);
+    let inputs: Vec<(&str, bool)> = calibration.inputs.iter().map(|own| (own.name.as_str(), own.solved)).collect();
+    let (solved, given) = (true, false);
     assert_eq!(inputs, [("w_x", solved), ("w_y", solved), ("w_z", solved), ("a_x", given)]);
     // 180 deg in 2 s
     assert!((calibration.span.rate - 90.0).abs() < 1e-9, "{}", calibration.span.rate);

@@ -13,7 +13,7 @@ use rand_pcg::rand_core::SeedableRng;
 use std::fmt::Write;
 use std::path::Path;
 use tumble::correction::export::{Origin, Target, export};
-use tumble::correction::{Calibration, Corrector, InputRole, Quantity};
+use tumble::correction::{Calibration, Corrector, Quantity};
 
 /// Samples of each unit.
 const SAMPLES: usize = 5;
@@ -94,23 +94,18 @@ impl Trial {
             _ => 20.0,
         };
         let corrector = Corrector::new(&calibration).unwrap();
-        let mut values = |role: InputRole| -> Vec<f64> {
-            let own = calibration.inputs.iter().filter(|input| input.role == role);
+        let mut values = |solved: bool| -> Vec<f64> {
+            let own = calibration.inputs.iter().filter(|input| input.solved == solved);
             own.map(|input| range(input.quantity) * number(rng)).collect()
         };
         let samples = (0..SAMPLES).map(|_| {
-            let (inputs, given) = (values(InputRole::Solved), values(InputRole::Given));
+            let (inputs, given) = (values(true), values(false));
             let readings = corrector.readings(&inputs, &given);
             let corrected = corrector.correct(&readings, &given);
             (readings, given, if corrected.converged { corrected.inputs } else { Vec::new() })
         });
         let samples = samples.collect();
-        let ranges = calibration
-            .inputs
-            .iter()
-            .filter(|own| own.role == InputRole::Solved)
-            .map(|own| range(own.quantity))
-            .collect();
+        let ranges = calibration.inputs.iter().filter(|own| own.solved).map(|own| range(own.quantity)).collect();
         Trial { calibration, samples, ranges }
     }
 
@@ -255,8 +250,8 @@ fn no_text_leaves_its_comment() {
     let bad =
         "T\"\"\"\nprint(\"out\")\r\n\u{2028}*/ #error out\n/* \\\n\u{85}error('out')\n%}\n@prefix@ @bias@\u{202e}";
     calibration.lines[0].unit = bad.into();
-    calibration.parameters.push(bad.into());
-    calibration.values.push(1.0);
+    calibration.parameters.order.push(bad.into());
+    calibration.parameters.values.push(1.0);
     let origin = Origin { program: bad.into(), report: bad.into(), unit: vec![bad.into()], ..Origin::default() };
     for target in [Target::C, Target::Python, Target::Matlab] {
         let text = export(&calibration, target, &origin).unwrap();

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use tumble::compare::calibrations::{Determination, Quantity, changes, day_number, trends};
-use tumble::report::{date_of, history_report};
+use tumble::report::date_of;
 
 fn one(value: f64, u: f64, dof: f64) -> Determination {
     let quantity = Quantity { id: "k".into(), unit: "V".into(), value, u: Some(u), dof, inputs: Vec::new() };
@@ -30,12 +30,11 @@ fn a_line_through_four_years() {
     let days = [0.0, 365.0, 730.0, 1095.0];
     let all: Vec<Determination> =
         days.iter().map(|d| Determination { day: Some(*d), ..one(10.0 + 0.01 * d, 0.1, 9.0) }).collect();
-    let line = trends(&all, 0.95)[0].line.unwrap();
-    assert!((line.slope - 0.01).abs() < 1e-15 && line.significant);
+    let line = &trends(&all, 0.95, &|_| Some([0.0, 30.0]))[0];
+    assert!((line.per_day.unwrap() - 0.01).abs() < 1e-15 && line.significant == Some(true));
     // u(slope) = 0.1 / sqrt(sum (t - mean)^2), sum = 365^2 * 5
-    assert!((line.slope_u - 0.1 / (365.0 * 5f64.sqrt())).abs() < 1e-15);
-    let report = history_report(Vec::new(), &trends(&all, 0.95), 0.95, &|_| Some([0.0, 30.0]));
-    assert!((report.trends[0].leaves.unwrap() - 2000.0).abs() < 1e-9);
+    assert!((line.u_per_day.unwrap() - 0.1 / (365.0 * 5f64.sqrt())).abs() < 1e-15);
+    assert!((line.leaves.unwrap() - 2000.0).abs() < 1e-9);
 }
 
 /// 0, 1, 2 at days 0, 100, 200: the line left 1.5 at day 150, leaves 3 at day 300, and never -1.
@@ -46,9 +45,8 @@ fn the_day_on_which_limits_were_left_may_be_past() {
         day: Some(day),
         ..one(value, 0.01, f64::INFINITY)
     });
-    let trends = trends(&determined, 0.95);
-    let report = |limits: [f64; 2]| history_report(Vec::new(), &trends, 0.95, &|_| Some(limits)).trends.remove(0);
-    let (left, leaves) = (report([-1.0, 1.5]), report([-1.0, 3.0]));
+    let trend = |limits: [f64; 2]| trends(&determined, 0.95, &|_| Some(limits)).remove(0);
+    let (left, leaves) = (trend([-1.0, 1.5]), trend([-1.0, 3.0]));
     assert!(left.has_left() && (left.leaves.unwrap() - 150.0).abs() < 1.0);
     assert!(!leaves.has_left() && (leaves.leaves.unwrap() - 300.0).abs() < 1.0);
 }

@@ -14,7 +14,7 @@ import numpy as np
 
 from . import _tumble, reports
 from ._fit import Fit, Remount
-from ._question import Asked, Files, Question, dumps
+from ._question import Asked, Files, Question, dumps, flag
 from ._report import Lang, NoteWarning, RejectedWarning, Report, residual_plot
 from ._tables import Path_, Table, is_table, kept, read, with_columns
 
@@ -38,16 +38,15 @@ def _written(value: Any) -> str:
 def _flags(options: Mapping[str, Any]) -> list[str]:
     flags: list[str] = []
     for name, value in options.items():
-        flag = "--" + name.strip("_").replace("_", "-")
         if value is None or value is False:
             continue
         if value is True:
-            flags.append(flag)
+            flags.append(flag(name))
         elif isinstance(value, Mapping):
-            flags += [f"{flag}={key}={one}" for key, one in value.items()]
+            flags += [f"{flag(name)}={key}={one}" for key, one in value.items()]
         else:
             # with '=', so that a negative number is no flag
-            flags += [f"{flag}={_written(one)}" for one in (value if isinstance(value, (list, tuple)) else [value])]
+            flags += [f"{flag(name)}={_written(one)}" for one in (value if isinstance(value, (list, tuple)) else [value])]
     return flags
 
 
@@ -266,7 +265,7 @@ def noise(
     """
     files = Files()
     options = {
-        "columns": _joined(columns), "unit": unit, "time": time, "rate": rate, "from": start, "to": end, "per_octave": per_octave, "level": level,
+        "columns": _joined(columns), "unit": unit, "time": time, "rate": rate, "start": start, "end": end, "per_octave": per_octave, "level": level,
         "lang": lang,
     }
     return _report(reports.NoiseReport, ["noise", files.table(log, "log")], options, files)

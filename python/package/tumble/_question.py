@@ -99,6 +99,11 @@ def _plain(content: Any, path: str) -> Any:
     raise TypeError(f"a value of type {type(content).__name__} cannot be in a campaign (at {path}){hint}")
 
 
+def flag(name: str) -> str:
+    """The program's option of a keyword; `from` is a word of the language."""
+    return "--" + {"start": "from", "end": "to"}.get(name, name.strip("_").replace("_", "-"))
+
+
 class Files:
     """Questions as files, for commands that read files: dicts and tables get temporary ones, which go with this object."""
 
@@ -139,7 +144,7 @@ class Files:
         if self._folder is not None:
             text = re.sub(re.escape(self._folder + os.sep) + r"(\w+)\.[.\w]+", r"\1", text)
         for name in options:
-            text = re.sub(rf"--{name.replace('_', '-')}\b(?:[ =]<?[A-Z_=]+>?)?", f"{name}=", text)
+            text = re.sub(rf"{flag(name)}\b(?:[ =]<?[A-Z_=]+>?)?", f"{name}=", text)
         return text
 
     def text(self, name: str, text: str) -> str:

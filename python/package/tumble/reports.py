@@ -1541,7 +1541,7 @@ class DerivedReport(Node):
     note: str | None
     """What a person must know of it, in a sentence."""
     u: float | None
-    """Standard uncertainty, first order, in `unit`."""
+    """Combined standard uncertainty, in `unit`."""
     unit: str
     """Its unit, as asked for or as the line has it; empty where a parameter in it has none."""
     value: float | None

@@ -6,7 +6,7 @@ mod columns;
 
 use super::outputs::{Outputs, Stream};
 use super::{Outcome, calibrations};
-use crate::correction::{Calibration, Corrector, InputRole, Quantity, ToMount};
+use crate::correction::{Calibration, Corrector, Quantity, ToMount};
 use crate::document::number::significant;
 use crate::error::{Fault, Malformed, Result};
 use crate::record::{Column, Record};
@@ -180,7 +180,7 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
         });
         there.map(Some)
     };
-    let given = || calibration.inputs.iter().filter(|input| input.role == InputRole::Given);
+    let given = || calibration.inputs.iter().filter(|input| !input.solved);
     let known = calibration.lines.iter().map(|line| &line.sensor).chain(given().map(|input| &input.name));
     let known: Vec<&str> = known.map(String::as_str).collect();
     if let Some((name, _)) = arguments.column.iter().find(|(name, _)| !known.contains(&name.as_str())) {
@@ -222,12 +222,12 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
 /// What was assumed, and what failed.
 fn notes(calibration: &Calibration, counts: &Counts, u: bool) -> Vec<String> {
     let mut notes = Vec::new();
-    let given = calibration.inputs.iter().filter(|i| i.role == InputRole::Given);
+    let given = calibration.inputs.iter().filter(|i| !i.solved);
     for (input, _) in given.zip(&counts.given).filter(|(_, there)| !**there) {
-        let unit = calibration.unit_of(input);
+        let unit = &input.unit;
         // nothing says how far the record's value is from that one: what the campaign covered is no statement about the record
         let exact = if u { "; the uncertainties take it as exact" } else { "" };
-        let taken = format!("{} {unit}", input.fallback);
+        let taken = format!("{} {unit}", input.fallback());
         notes.push(format!("{} is not in the record: {} was taken{exact}", input.name, taken.trim_end()));
     }
     for (sensor, why) in &calibration.left_out {
@@ -235,7 +235,7 @@ fn notes(calibration: &Calibration, counts: &Counts, u: bool) -> Vec<String> {
     }
     let Counts { rows, failed, .. } = counts;
     for (input, (beyond, most)) in calibration.solved().zip(&counts.beyond).filter(|(_, (beyond, _))| *beyond > 0) {
-        let (range, unit) = (significant(calibration.range_of(input), 4), calibration.unit_of(input));
+        let (range, unit) = (significant(calibration.range_of(input), 4), &input.unit);
         let (name, most) = (&input.name, significant(*most, 4));
         notes.push(format!(
             "{name} of {beyond} of {rows} rows lies beyond +-{range} {unit}, the range of the calibration (up to {most} {unit}): the correction is extrapolated there, and u does not include that"

@@ -129,9 +129,6 @@ pub(in crate::cli) struct Arguments {
     /// .xlsx or .csv; the completed CSV is read as the readings (`fit CAMPAIGN --readings FILE`).
     #[arg(long, value_name = "FILE")]
     pub(super) sheet: Option<PathBuf>,
-    /// Write the report as JSON to a file, or to stdout with '-'.
-    #[arg(long, value_name = "FILE")]
-    pub(super) json: Option<PathBuf>,
     #[command(flatten)]
     pub(super) pages: Pages,
     /// Also list every value with its leverage and minimal detectable bias.

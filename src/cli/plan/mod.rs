@@ -29,8 +29,7 @@ const MOST_FORESEEN: usize = 100_000;
 pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let (campaign, source, _) = files::campaign(&arguments.schedule)?;
     files::one_device(&campaign);
-    let mut outputs =
-        arguments.pages.outputs([arguments.write.as_deref(), arguments.sheet.as_deref(), arguments.json.as_deref()])?;
+    let mut outputs = arguments.pages.outputs([arguments.write.as_deref(), arguments.sheet.as_deref()])?;
     // an option has no place in the file
     let located = |error: Malformed| match error.place().path.is_empty() {
         true => error,
@@ -182,7 +181,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         let drawn = Some((&campaign, candidates.as_ref().filter(|_| page)));
         report::plan_document(&report, drawn, !page && arguments.readings, lang)
     };
-    arguments.pages.finish(outputs, arguments.json.as_deref(), &report, document)?;
+    arguments.pages.finish(outputs, &report, document)?;
     let defect = match found {
         Some(improvement) => !improvement.judgement.not_estimable.is_empty() || !improvement.unreachable.is_empty(),
         None => !judgement.not_estimable.is_empty() || judgement.lacking.is_some(),

@@ -10,7 +10,7 @@ mod yaml;
 
 use super::bound::direction_of;
 use super::solve::{CONTRACTING, ROUNDS};
-use super::{CalibratedLine, Calibration, Corrector, InputRole, LineInput, Quantity};
+use super::{CalibratedLine, Calibration, Corrector, LineInput, Quantity};
 use crate::error::{Fault, Malformed, Result};
 use languages::{HEADER, Language, number};
 use nalgebra::{DMatrix, Vector3};
@@ -84,8 +84,8 @@ fn source(
     let prefix = prefix(origin)?;
     // how a language calls each input: the solved ones are elements of q, the others of given
     let named = |(k, input): (usize, &LineInput)| {
-        let before = calibration.inputs.iter().take(k).filter(|other| other.role == input.role).count();
-        (language.element)(if input.role == InputRole::Solved { "q" } else { "given" }, before)
+        let before = calibration.inputs.iter().take(k).filter(|other| other.solved == input.solved).count();
+        (language.element)(if input.solved { "q" } else { "given" }, before)
     };
     let inputs: Vec<String> = calibration.inputs.iter().enumerate().map(named).collect();
     let mut axes: Vec<(Quantity, Vector3<f64>)> = Vec::new();
@@ -108,7 +108,7 @@ fn source(
         terms => terms.join(" + "),
     };
     let name_in = |line: &CalibratedLine, name: &str| {
-        if calibration.parameters.iter().any(|p| p == name) {
+        if calibration.parameters.order.iter().any(|p| p == name) {
             return (language.parameter)(name);
         }
         let axis = direction_of(line, name).and_then(|axis| axes.iter().position(|other| *other == axis));
@@ -123,7 +123,7 @@ fn source(
         components += &(language.assignment)(&(language.element)("x", k), &sum(terms));
     }
     let solved: Vec<usize> =
-        (0..inputs.len()).filter(|k| calibration.inputs.get(*k).is_some_and(|i| i.role == InputRole::Solved)).collect();
+        (0..inputs.len()).filter(|k| calibration.inputs.get(*k).is_some_and(|i| i.solved)).collect();
     for (i, line) in calibration.lines.iter().enumerate() {
         let name = |name: &str| name_in(line, name);
         let value = line.model.in_language(&language.algebra, &name);
@@ -141,7 +141,8 @@ fn source(
         }
     }
     let used = |name: &str| calibration.lines.iter().any(|line| line.model.names().contains(&name));
-    let parameters = calibration.parameters.iter().zip(&calibration.values).filter(|(name, _)| used(name));
+    let parameters =
+        calibration.parameters.order.iter().zip(&calibration.parameters.values).filter(|(name, _)| used(name));
     let parameters: String =
         parameters.map(|(p, value)| (language.constant)(&(language.parameter)(p), &signed(language, *value))).collect();
     let samples = samples(calibration, corrector);
@@ -184,7 +185,7 @@ fn axes_of<'a>(
     line: &'a CalibratedLine,
     calibration: &'a Calibration,
 ) -> impl Iterator<Item = (&'a str, (Quantity, Vector3<f64>))> {
-    let names = line.model.names().into_iter().filter(|name| !calibration.parameters.iter().any(|p| p == name));
+    let names = line.model.names().into_iter().filter(|name| !calibration.parameters.order.iter().any(|p| p == name));
     names.filter_map(|name| Some((name, direction_of(line, name)?)))
 }
 
@@ -225,15 +226,13 @@ fn prefix(origin: &Origin) -> Result<String> {
 
 /// What stands at the top: where the file comes from, the order of readings and inputs, the lines.
 fn comment(calibration: &Calibration, origin: &Origin) -> Vec<String> {
-    let inputs = |role: InputRole| {
-        let of_role = calibration.inputs.iter().filter(|input| input.role == role);
-        of_role
-            .map(|i| match role {
-                InputRole::Solved => format!("{} ({})", i.name, calibration.unit_of(i)),
-                InputRole::Given => match calibration.unit_of(i) {
-                    "" => format!("{} (otherwise {})", i.name, i.fallback),
-                    unit => format!("{} ({unit}; otherwise {})", i.name, i.fallback),
-                },
+    let inputs = |solved: bool| {
+        let listed = calibration.inputs.iter().filter(|input| input.solved == solved);
+        listed
+            .map(|i| match (i.otherwise, i.unit.as_str()) {
+                (None, unit) => format!("{} ({unit})", i.name),
+                (Some(otherwise), "") => format!("{} (otherwise {otherwise})", i.name),
+                (Some(otherwise), unit) => format!("{} ({unit}; otherwise {otherwise})", i.name),
             })
             .collect::<Vec<_>>()
             .join(", ")
@@ -243,9 +242,9 @@ fn comment(calibration: &Calibration, origin: &Origin) -> Vec<String> {
         vec!["Correction of a calibrated unit: readings to rates and specific forces along the sensor axes.".into()];
     comment.extend(origin_lines(origin));
     comment.push(format!("Readings, in this order: {}.", readings.join(", ")));
-    comment.push(format!("Inputs, in this order: {}.", inputs(InputRole::Solved)));
-    if calibration.inputs.iter().any(|input| input.role == InputRole::Given) {
-        comment.push(format!("Given with each sample, in this order: {}.", inputs(InputRole::Given)));
+    comment.push(format!("Inputs, in this order: {}.", inputs(true)));
+    if calibration.inputs.iter().any(|input| !input.solved) {
+        comment.push(format!("Given with each sample, in this order: {}.", inputs(false)));
     }
     comment.extend(calibration.lines.iter().map(|line| format!("  {} = {}", line.sensor, line.model)));
     comment.iter().map(|line| one_line(line)).collect()

@@ -2,7 +2,7 @@
 
 use super::{Origin, needs, number, one_line, origin_lines};
 use crate::bench::STANDARD_GRAVITY_M_S2;
-use crate::correction::{Calibration, Corrector, InputRole, Quantity, linearity};
+use crate::correction::{Calibration, Corrector, Quantity, linearity};
 use crate::elements::Elements;
 use crate::error::Result;
 use nalgebra::DMatrix;
@@ -57,15 +57,15 @@ fn head(calibration: &Calibration, corrector: &Corrector, origin: &Origin, what:
     let linearity = linearity(calibration, corrector);
     for ((input, error), range) in calibration.solved().zip(&linearity.linear_error).zip(&linearity.range) {
         if *error > 1e-12 * range {
-            let unit = calibration.unit_of(input);
+            let unit = &input.unit;
             lines.push(format!(
                 "Quadratic and higher terms are left out: {} is wrong by up to {error:.2e} {unit} within {range} {unit}.",
                 input.name
             ));
         }
     }
-    let given = calibration.inputs.iter().filter(|input| input.role == InputRole::Given);
-    lines.extend(given.map(|input| format!("At {} = {} {}.", input.name, input.fallback, calibration.unit_of(input))));
+    let given = calibration.inputs.iter().filter(|input| !input.solved);
+    lines.extend(given.map(|input| format!("At {} = {} {}.", input.name, input.fallback(), input.unit)));
     lines.iter().map(|line| format!("# {}\n", one_line(line).trim_end())).collect()
 }
 

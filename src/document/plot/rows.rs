@@ -74,7 +74,7 @@ const TYPE_A: [RGBColor; 3] = [BLUE, SKY, GREEN];
 const TYPE_B: [RGBColor; 4] = [VERMILLION, ORANGE, YELLOW, PURPLE];
 
 /// A source, its colour, and whether it is of Type B.
-type Source<'a> = (&'a str, bool, RGBColor);
+type Source<'a> = (&'a str, bool, RGBAColor);
 
 /// Stacked bars on a common axis from zero, with a legend of sources; `what` and `unit` title the axis.
 pub(super) fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32, lang: Language) -> Result<String> {
@@ -100,7 +100,7 @@ pub(super) fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32, lang: L
             for part in &row.parts {
                 let to = from + at(part.size);
                 let source = sources.iter().find(|(name, ..)| *name == part.source);
-                let colour = source.map_or(SOFT, |(.., colour)| *colour);
+                let colour = source.map_or(SOFT.to_rgba(), |(.., colour)| *colour);
                 if x(to) > x(from) {
                     area.draw(&Rectangle::new([(x(from), y + 9), (x(to), y + ROW - 9)], colour.filled()))?;
                     area.draw(&PathElement::new([(x(to), y + 9), (x(to), y + ROW - 9)], WHITE.stroke_width(2)))?;
@@ -118,14 +118,16 @@ pub(super) fn bars(rows: &[Bar], (what, unit): (&str, &str), width: u32, lang: L
     })
 }
 
-/// Distinct sources in order of first appearance; the first of each type have colours of their own, the rest share grey.
+/// Distinct sources in order of first appearance; those beyond a palette have its colours again, each time half as strong.
 fn sources(rows: &[Bar]) -> Vec<Source<'_>> {
     let mut sources: Vec<Source<'_>> = Vec::new();
     for part in rows.iter().flat_map(|row| &row.parts) {
         if !sources.iter().any(|(name, ..)| *name == part.source) {
             let before = sources.iter().filter(|(_, type_b, _)| *type_b == part.type_b).count();
             let palette: &[RGBColor] = if part.type_b { &TYPE_B } else { &TYPE_A };
-            sources.push((&part.source, part.type_b, palette.get(before).copied().unwrap_or(SOFT)));
+            let strength = 0.5_f64.powi(number::signed(before / palette.len()));
+            let colour = palette.get(before % palette.len()).copied().unwrap_or(SOFT);
+            sources.push((&part.source, part.type_b, colour.mix(strength)));
         }
     }
     sources

@@ -11,6 +11,7 @@ use super::table::{Align, Cell, Row, Table};
 use super::wrap::columns;
 use super::{Content, Document, Figure, Section, Tone};
 use crate::error::{Fault, Malformed, Result};
+use crate::language::bare;
 use crate::report::VERSION;
 use panel::Panel;
 use rust_xlsxwriter::{
@@ -181,7 +182,7 @@ impl<'a> Sheet<'a> {
     }
 
     fn text(&mut self, row: u32, column: u16, text: &str, format: &Format) -> std::result::Result<(), XlsxError> {
-        let plain: String = text.chars().filter(|c| *c != '`').take(CELL).collect();
+        let plain: String = bare(text).chars().take(CELL).collect();
         if plain.is_empty() {
             self.sheet.write_blank(row, column, format)?;
             return Ok(());

@@ -23,7 +23,6 @@ const PAIRS: u64 = 8;
 /// Residuals of independent rows (the noise that is correlated in time taken out), over their standard deviations.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "RecordSensorReport")]
-#[non_exhaustive]
 pub struct SensorResiduals {
     /// The sensor.
     pub sensor: String,
@@ -55,7 +54,6 @@ pub struct SensorResiduals {
 /// Correlation of residuals.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "LagReport")]
-#[non_exhaustive]
 pub struct Lag {
     /// Rows apart.
     pub rows: u64,
@@ -66,7 +64,6 @@ pub struct Lag {
 /// Means of so many rows.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "MeansReport")]
-#[non_exhaustive]
 pub struct MeansTest {
     /// Rows in a mean.
     pub rows: u64,
@@ -81,7 +78,6 @@ pub struct MeansTest {
 /// A residual that is far from zero.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "FarReport")]
-#[non_exhaustive]
 pub struct Far {
     /// Number of the row, from 1.
     #[serde(rename = "row")]
@@ -99,7 +95,6 @@ pub struct Far {
 /// Residuals over the range of an input.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "BinsReport")]
-#[non_exhaustive]
 pub struct BinnedResiduals {
     /// The sensor.
     pub sensor: String,
@@ -121,7 +116,6 @@ pub struct BinnedResiduals {
 /// A part of the range of an input.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(rename = "BinReport")]
-#[non_exhaustive]
 pub struct Bin {
     /// Its lower end, in the input's unit.
     pub low: f64,

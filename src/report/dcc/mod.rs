@@ -120,21 +120,21 @@ fn quantities<'a>(meaning: &dyn Fn(&str) -> &'a str, report: &FitReport) -> Resu
                 .expected("a campaign whose bounds are not active; the JSON report has the interval")
                 .at_path("constraints"));
         }
-        uncertainty(&p.id, p.expanded, p.k)?;
+        uncertainty(&p.id, p.combined.expanded, p.combined.k)?;
     }
     let parameters = report.parameters.iter().enumerate().map(|(k, p)| {
-        let numbers = (p.value, p.expanded, p.k, p.dof);
+        let numbers = (p.value, p.combined);
         (&p.id, meaning(&p.id).to_string(), &p.unit, numbers, p.arcsec, (Some(k), None, None))
     });
     let derived = report.derived.iter().map(|d| {
-        let numbers = (d.value, d.expanded, d.k, d.dof);
+        let numbers = (d.value, d.combined);
         (&d.id, format!("{} = {}", d.id, d.line), &d.unit, numbers, d.arcsec, (None, d.interval, d.note.clone()))
     });
     let mut quantities = Vec::new();
-    for (id, meaning, unit, (value, expanded, k, dof), arcsec, (index, interval, note)) in parameters.chain(derived) {
+    for (id, meaning, unit, (value, combined), arcsec, (index, interval, note)) in parameters.chain(derived) {
         let Some(value) = value else { continue };
-        let (expanded, k) = uncertainty(id, expanded, k)?;
-        let (id, unit, dof) = (id.clone(), unit.clone(), dof.unwrap_or(f64::INFINITY));
+        let (expanded, k) = uncertainty(id, combined.expanded, combined.k)?;
+        let (id, unit, dof) = (id.clone(), unit.clone(), combined.dof.unwrap_or(f64::INFINITY));
         quantities.push(Quantity { id, meaning, unit, value, expanded, k, dof, arcsec, interval, note, index });
     }
     if quantities.is_empty() {

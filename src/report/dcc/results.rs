@@ -6,7 +6,7 @@ use super::{Measured, Quantity, estimated, units, verdicts};
 use crate::campaign::{Condition, Identity};
 use crate::document::number::places;
 use crate::fit::{Conformity, Estimator};
-use crate::language::{Language, say};
+use crate::language::{Language, bare, say};
 use crate::number;
 use crate::report::conformity::{ConformityReport, LimitedReport, percent};
 use crate::report::correction::{given_at, validity_sentence};
@@ -175,7 +175,7 @@ fn remarks(report: &FitReport, lang: Language) -> Vec<String> {
         remarks.push(say!(lang, "robust-estimator", method = robust.method.to_string()));
     }
     // names are marked as such on pages alone
-    remarks.extend(verdicts(report, lang).into_iter().map(|(_, said)| said.replace('`', "")));
+    remarks.extend(verdicts(report, lang).into_iter().map(|(_, said)| bare(&said)));
     remarks
 }
 
@@ -332,7 +332,7 @@ fn matrix(correction: &CorrectionFile, prefix: &str, texts: Texts<'_>) -> Option
     if solved.is_empty() || correction.sensors.is_empty() {
         return None;
     }
-    let sensors: Vec<&str> = correction.sensors.iter().map(|sensor| sensor.id.as_str()).collect();
+    let sensors: Vec<&str> = correction.sensors.iter().map(|sensor| sensor.sensor.as_str()).collect();
     let unit = |input: &str, sensor: &str| match (input, sensor) {
         (input, "") => units::d_si(&[input]),
         ("", sensor) => units::d_si(&[&format!("1/({sensor})")]),
@@ -354,9 +354,9 @@ fn matrix(correction: &CorrectionFile, prefix: &str, texts: Texts<'_>) -> Option
         correction.sensors.iter().map(|sensor| units::d_si(&[&sensor.unit])).collect(),
     );
     let rows = solved.into_iter().map(|(input, values)| {
-        let name = texts.said("dcc:name", |lang| say!(lang, "dcc-row", input = input.id));
+        let name = texts.said("dcc:name", |lang| say!(lang, "dcc-row", input = input.name));
         let units = correction.sensors.iter().map(|sensor| unit(&input.unit, &sensor.unit)).collect();
-        row(format!("{prefix}correction_{}", input.id), name, values, units)
+        row(format!("{prefix}correction_{}", input.name), name, values, units)
     });
     let about = texts.said("dcc:description", |lang| {
         let about = say!(lang, "dcc-correction", frame = lang.name(&correction.frame));
