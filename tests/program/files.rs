@@ -462,7 +462,8 @@ fn a_campaign_comes_from_standard_input_or_behind_its_readings() {
     for command in ["check", "compare"] {
         let plain = tumble(folder.path(), &[command, "good.campaign.json"]).output().expect("a run");
         let again = piped(folder.path(), &[command, "-"], &text);
-        let said = |output: &Output| (output.status.code(), told(output).1.replace("good.campaign.json", "-"));
+        // up to the place of an error, which has the file's name
+        let said = |output: &Output| (output.status.code(), told(output).1.split(" in ").next().map(String::from));
         assert_eq!(said(&again), said(&plain), "{command}");
     }
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/24-temperature");
