@@ -50,7 +50,7 @@ pub(super) fn check(path: &Path) -> Result<String> {
     if path.to_string_lossy().ends_with(".mission.json") {
         return super::navigate::check(path);
     }
-    let source = files::read(path)?;
+    let (source, input) = files::read_input(path)?;
     let file = wire::campaign_of(&source)?;
     if file.has_rows() {
         let mut folder = files::Beside::new(path);
@@ -68,7 +68,7 @@ pub(super) fn check(path: &Path) -> Result<String> {
         };
         return Ok(said("a campaign", &first, &readings));
     }
-    let (campaign, source, _) = files::campaign(path)?;
+    let (campaign, source, _) = files::campaign_in(path, (source, input))?;
     usable(&campaign).map_err(|error| wire::locate(error, &source))?;
     let what = if campaign.is_measured() { "a campaign" } else { "a schedule" };
     Ok(said(what, &campaign, &format!("{} readings", campaign.readings.rows.len())))

@@ -35,12 +35,13 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
 }
 
 fn closed_forms(arguments: &Arguments, path: &Path, lang: Language) -> Result<Outcome> {
-    if calibrations::is_report(&files::read(path)?) {
+    let read = files::read_input(path)?;
+    if calibrations::is_report(&read.0) {
         return Err(Malformed::new(Fault::Missing, "only one calibration is given")
             .expected("a second fit report: tumble compare BEFORE AFTER")
             .in_file(path.display().to_string()));
     }
-    let (campaign, source, inputs) = files::campaign(path)?;
+    let (campaign, source, inputs) = files::campaign_in(path, read)?;
     if let Some(by) = &campaign.by {
         return Err(wire::locate(
             Malformed::new(Fault::Value, "closed forms are compared for one device, and this campaign is of many")

@@ -6,7 +6,7 @@ use crate::diagnosis::Effect;
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::navigate::mission::Mission;
-use crate::record::{ClockFrom, Record, parted};
+use crate::record::{ClockFrom, Record, listed, parted};
 use crate::report::Input;
 use crate::wire::{self, Folder, MissionFile, Source};
 use clap::Args;
@@ -79,7 +79,11 @@ fn bytes(path: &Path, name: &str) -> Result<Vec<u8>> {
 /// Read a campaign, with its source, for errors that come later, and every file that was read for it; those that it refers to are looked for in its
 /// folder.
 pub(super) fn campaign(path: &Path) -> Result<(Campaign, Source, Vec<Input>)> {
-    let (source, input) = read_input(path)?;
+    campaign_in(path, read_input(path)?)
+}
+
+/// The same from a file that was read: standard input can be read once.
+pub(super) fn campaign_in(path: &Path, (source, input): (Source, Input)) -> Result<(Campaign, Source, Vec<Input>)> {
     let mut folder = Beside::new(path);
     let campaign = wire::campaign_from(wire::campaign_of(&source)?, &source, &mut folder)?;
     Ok((campaign, source, [vec![input], folder.inputs].concat()))
@@ -111,7 +115,7 @@ impl Beside {
             self.inputs.push(input(&file)?);
             session::reads(&file);
         }
-        Record::at(path)
+        told(Record::at(path)?)
     }
 }
 
@@ -263,7 +267,7 @@ fn fits(pattern: &[u8], name: &[u8]) -> bool {
 /// Where the times of the samples come from.
 #[derive(Debug, Clone, Args)]
 pub(super) struct Clock {
-    /// The column of times (by default one that is named time_s, time, t or timestamp).
+    /// The column of times (by default one that is named time_s, time, t or timestamp, or whose values rise as times do).
     #[arg(long, value_name = "COLUMN", conflicts_with = "rate")]
     time: Option<String>,
     /// Sampling rate in Hz, if there is no column of times.
@@ -275,6 +279,12 @@ pub(super) struct Clock {
 pub(super) fn open(path: &Path) -> Result<Record> {
     let record = Record::at(path)?;
     session::reads(&parted(path).0);
+    told(record)
+}
+
+/// A record, of which is said how its numbers are taken.
+fn told(record: Record) -> Result<Record> {
+    record.doubt().into_iter().for_each(|doubt| super::note(&format!("note: {}: {doubt}", record.name())));
     Ok(record)
 }
 
@@ -291,6 +301,18 @@ pub(super) fn numeric_columns(record: &Record, names: &[String], clock: &ClockFr
     }
     let time = clock.column(record)?;
     let unused = clock.unused(record);
-    let is_sensor = |k: &usize| ![time, unused].contains(&Some(*k)) && !record.is_text(*k);
-    Ok((0..record.columns().len()).filter(is_sensor).collect())
+    let others: Vec<usize> = (0..record.columns().len()).filter(|k| ![time, unused].contains(&Some(*k))).collect();
+    let (texts, numbers): (Vec<usize>, Vec<usize>) = others.iter().partition(|k| record.is_text(**k));
+    let unread = texts.iter().filter_map(|k| Some((record.columns().get(*k)?.title.as_str(), record.unread(*k)?)));
+    let unread: Vec<String> = unread.map(|(title, cell)| format!("'{cell}' in '{title}'")).collect();
+    if numbers.is_empty() {
+        return Err(Malformed::new(Fault::Missing, "no column of the record holds numbers")
+            .expected("columns of numbers, without units or signs in their cells")
+            .found(if unread.is_empty() { listed(record.columns()) } else { unread.join(", ") })
+            .in_file(record.name()));
+    }
+    if !unread.is_empty() {
+        super::note(&format!("note: columns of texts are left out; no numbers are {}", unread.join(", ")));
+    }
+    Ok(numbers)
 }

@@ -69,6 +69,7 @@ pub(crate) use table::Align;
 pub use table::{Cell, Column, Row, Rows, Table};
 
 use crate::language::{Language, say};
+use std::collections::HashSet;
 
 /// How much a person sees.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -97,6 +98,8 @@ pub struct Document {
     pub language: Language,
     /// Version, inputs and their digests, at the end of a page.
     pub colophon: Vec<(String, String)>,
+    /// Anchors of the sections: a record may have a hundred thousand of them.
+    anchors: HashSet<String>,
 }
 
 /// A heading and its content.
@@ -240,9 +243,9 @@ impl Document {
         if section.blocks.is_empty() {
             return self;
         }
-        let taken = |anchor: &str| self.sections.iter().any(|s| s.anchor == anchor);
-        if taken(&section.anchor) {
+        if !self.anchors.insert(section.anchor.clone()) {
             section.anchor = format!("{}-{}", section.anchor, self.sections.len() + 1);
+            self.anchors.insert(section.anchor.clone());
         }
         section.settle();
         self.sections.push(section);

@@ -24,7 +24,7 @@ const CHUNK: usize = 1 << 15;
 /// Most levels: 2^51 samples.
 const LEVELS: usize = 40;
 /// The share of its samples that a mean may miss.
-pub(super) const MISSING: f64 = 0.1;
+pub(crate) const MISSING: f64 = 0.1;
 
 /// Sums of squared differences at one averaging time; each with the number of its differences.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -24,7 +24,7 @@ pub use coefficients::Term;
 pub(crate) use coefficients::{Agreement, Change, Coefficients, field_unit, si_factor};
 pub(crate) use edf::{Kind, equivalent_dof, interval};
 pub use ladder::Ladder;
-pub(crate) use ladder::Sums;
+pub(crate) use ladder::{MISSING, Sums};
 
 use crate::uncertainty::quantiles::normal_survival;
 use crate::vocabulary::vocabulary;

@@ -1,6 +1,6 @@
-//! The clock of a record: a column of times or a stated rate; stretches between gaps.
+//! The clock of a record: a column of times or a stated rate; stretches between gaps. Which column that is: `clock_from.rs`.
 
-use super::{Column, Record, listed};
+use super::Column;
 use crate::elements::Parts;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
@@ -58,86 +58,108 @@ const SHORT: f64 = 0.25;
 /// Steps back in more than one of so many rows: not a clock that was set, but rows that are not sorted.
 const RARE: u64 = 100;
 
-/// Names under which a column of times is found, in this order and in either case, alone and with a unit behind: `time_ms`.
-const TIMES: [&str; 13] = [
+/// Words that make a name one of times where the values rise: `seconds_elapsed`, `TimeUS`, `__time`, `loggingTime`.
+const WORDS: [&str; 17] = [
     "time",
-    "t",
+    "times",
     "timestamp",
-    "zeit",
-    "datetime",
-    "date time",
-    "date_time",
-    "date/time",
-    "elapsed time",
-    "elapsed",
-    "seconds",
     "stamp",
-    "时间",
+    "datetime",
+    "elapsed",
+    "clock",
+    "epoch",
+    "seconds",
+    "millis",
+    "micros",
+    "zeit",
+    "zeitstempel",
+    "uhrzeit",
+    "temps",
+    "horodatage",
+    "tiempo",
 ];
 
-/// The column that has the name of a time, where no one says which it is.
-pub(crate) fn times_of(columns: &[Column]) -> Option<usize> {
-    let rank = |column: &Column| {
-        let bare = behind(&column.name).and_then(|unit| column.name.strip_suffix(unit)?.strip_suffix('_'));
-        let name = bare.unwrap_or(&column.name);
-        // T is a temperature
-        let alike = |known: &&str| *known == name || (known.chars().count() > 1 && *known == name.to_lowercase());
-        let place = TIMES.iter().position(&alike)?;
-        // one that says its unit comes first
-        Some((place, bare.is_none() && column.unit.is_none()))
-    };
-    let ranked = columns.iter().enumerate().filter_map(|(k, column)| Some((rank(column)?, k)));
-    ranked.min().map(|(_, k)| k)
-}
-
 /// The unit of time at the end of a column's name: `time_ms`.
-fn behind(name: &str) -> Option<&str> {
+pub(super) fn behind(name: &str) -> Option<&str> {
     let (_, unit) = name.rsplit_once('_')?;
     crate::units::of_column(name).and_then(|unit| seconds(&unit)).map(|_| unit)
 }
 
-/// Where the times of samples come from.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct ClockFrom {
-    /// The column of times; by default one that is called `time_s`, `time`, `t` or `timestamp`.
-    pub time: Option<String>,
-    /// Samples a second, where there is none.
-    pub rate: Option<f64>,
+/// The unit of time that a column says: in its title, at the end of its name, or as a word of a name of times (`seconds_elapsed`, `TimeUS`).
+fn unit_of_times(column: &Column) -> Option<String> {
+    let said = column.unit.clone().or_else(|| behind(&column.name).map(str::to_string));
+    said.or_else(|| {
+        let words = words(&column.name);
+        let is_unit = |word: &&String| word.len() > 1 && seconds(word).is_some();
+        words.iter().rev().find(is_unit).filter(|_| speaks_of_time(&column.name)).cloned()
+    })
 }
 
-impl ClockFrom {
-    /// The column of times, if there is one.
-    ///
-    /// Errors: `UnknownName` where the record has not the one that is named.
-    pub fn column(&self, record: &Record) -> Result<Option<usize>> {
-        match (&self.time, self.rate) {
-            (Some(name), _) => record.find(name).map(Some),
-            (None, Some(_)) => Ok(None),
-            (None, None) => Ok(times_of(record.columns())),
+/// Is a word of the name one of times?
+pub(super) fn speaks_of_time(name: &str) -> bool {
+    words(name).iter().any(|word| WORDS.contains(&word.as_str()))
+}
+
+/// The words of a name in small letters: parted by signs, and where a capital follows a small letter, or begins a word behind capitals (`UTCTime`).
+fn words(name: &str) -> Vec<String> {
+    let letters: Vec<char> = name.chars().collect();
+    let mut found = vec![String::new()];
+    for (k, letter) in letters.iter().enumerate() {
+        let before = k.checked_sub(1).and_then(|k| letters.get(k)).copied().unwrap_or(' ');
+        let is_small = |at: usize| letters.get(at).is_some_and(|c| c.is_lowercase());
+        let begins = letter.is_uppercase() && (before.is_lowercase() || (before.is_uppercase() && is_small(k + 1)));
+        if begins || !letter.is_alphanumeric() || before.is_ascii_digit() != letter.is_ascii_digit() {
+            found.push(String::new());
+        }
+        if let Some(last) = found.last_mut().filter(|_| letter.is_alphanumeric()) {
+            last.extend(letter.to_lowercase());
         }
     }
+    found.retain(|word| !word.is_empty());
+    found
+}
 
-    /// The column that has the name of a time, whether the clock uses it or not: it is no sensor.
-    pub(crate) fn unused(&self, record: &Record) -> Option<usize> {
-        times_of(record.columns()).filter(|_| self.rate.is_some())
-    }
+/// A counter that begins anew at a power of two.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Counter {
+    last: Option<f64>,
+    added: f64,
+    /// The last step forward.
+    step: f64,
+    /// How often it began anew, and at which power the last time.
+    anew: (u64, i32),
+}
 
-    /// The clock itself; `column` as [`ClockFrom::column`] gives it.
-    ///
-    /// Errors: neither a column nor a rate, a unit that is none of time.
-    pub fn ticks(&self, record: &Record, column: Option<usize>) -> Result<Clock> {
-        match (column.and_then(|k| record.columns().get(k)), self.rate) {
-            (Some(column), _) => Clock::column(column, record.name()),
-            (None, Some(rate)) => {
-                let column = self.unused(record).and_then(|k| record.columns().get(k));
-                let title = column.map_or(String::new(), |column| column.name.clone());
-                Ok(Clock { title, ..Clock::rate(rate, record.name())? })
+impl Counter {
+    /// Counts that go on where the counter begins anew: from below a power of two to the lowest number that it has, 0 or, with a sign, half of that, by a step that is none of a gap.
+    pub fn onward(&mut self, counts: &mut [f64]) {
+        for count in counts {
+            let step = self.last.map_or(0.0, |last| *count - last);
+            let is_step = |step: f64| (0.0..=GAP * self.step).contains(&step);
+            let is_anew = |power: &i32| {
+                let all = 2.0_f64.powi(*power);
+                is_step(all + step) && [0.0, -0.5 * all].into_iter().any(|lowest| is_step(*count - lowest))
+            };
+            if step < 0.0
+                && count.fract() == 0.0
+                && let Some(power) = [16, 24, 32].into_iter().find(is_anew)
+            {
+                self.added += 2.0_f64.powi(power);
+                self.anew = (self.anew.0 + 1, power);
+            } else if step > 0.0 {
+                self.step = step;
             }
-            (None, None) => Err(Malformed::new(Fault::Missing, "the record has no column of times")
-                .expected("a sampling rate (--rate HZ, \"rate_hz\"), or the column's name (--time COLUMN, \"time\")")
-                .found(format!("columns {}", listed(record.columns())))
-                .in_file(record.name())),
+            self.last = Some(*count);
+            *count += self.added;
         }
+    }
+
+    /// What is to be said of it.
+    fn note(&self, title: &str) -> Option<String> {
+        let (times, power) = self.anew;
+        let s = if times == 1 { "" } else { "s" };
+        (times > 0)
+            .then(|| format!("the counter in '{title}' begins anew at 2^{power} {times} time{s}; times go on there"))
     }
 }
 
@@ -148,8 +170,8 @@ pub struct Clock {
     factor: Option<f64>,
     /// Does the column say no unit? Then its times do.
     bare: bool,
-    /// Which unit was taken, where the column does not say it and it could be another.
-    taken: Option<String>,
+    /// What was taken that the column does not say: that it is one of times, its unit.
+    taken: Vec<String>,
     /// Resolution of the times, where several rows have one time: their step; else 0.
     tick: f64,
     /// The step to which times are rounded, where it is not much shorter than that of the rows; else 0.
@@ -180,29 +202,30 @@ pub struct Clock {
     /// What steps back have taken from the times, s.
     set_back: f64,
     pending_gap: bool,
+    counter: Counter,
 }
 
 /// Most gaps that are kept; more are counted.
 const KEPT: usize = 1000;
 
 impl Clock {
-    /// Equally spaced rows.
+    /// Equally spaced rows, whatever the column `unused` says.
     ///
     /// Errors: a rate that is not positive.
-    pub(crate) fn rate(rate_hz: f64, file: &str) -> Result<Self> {
+    pub(crate) fn rate(rate_hz: f64, unused: &str, file: &str) -> Result<Self> {
         if !(rate_hz > 0.0) || !rate_hz.is_finite() {
             return Err(Malformed::new(Fault::Value, "the sampling rate is not positive")
                 .expected("samples a second")
                 .found(rate_hz.to_string()));
         }
-        Ok(Clock { step: 1.0 / rate_hz, file: file.into(), ..Clock::default() })
+        Ok(Clock { step: 1.0 / rate_hz, title: unused.into(), file: file.into(), ..Clock::default() })
     }
 
     /// Times from a column: its unit stands in its title or at the end of its name (`time_s`, `t_ms`), else they are seconds, or what their size and their steps say.
     ///
     /// Errors: a unit that is none of time.
     pub fn column(column: &Column, file: &str) -> Result<Self> {
-        let unit = column.unit.clone().or_else(|| behind(&column.name).map(str::to_string));
+        let unit = unit_of_times(column);
         let factor = match unit.as_deref() {
             None => 1.0,
             Some(unit) => seconds(unit).ok_or_else(|| {
@@ -214,6 +237,12 @@ impl Clock {
         };
         let (bare, factor, title) = (unit.is_none(), Some(factor), column.title.clone());
         Ok(Clock { bare, factor, title, file: file.into(), ..Clock::default() })
+    }
+
+    /// The same, with what else is to be said of it.
+    pub(crate) fn with_notes(mut self, notes: impl IntoIterator<Item = String>) -> Self {
+        self.taken.extend(notes);
+        self
     }
 
     /// Seconds in a unit of the column; 1 where a rate was stated.
@@ -256,6 +285,9 @@ impl Clock {
             }
             return Ok(found);
         };
+        let mut counted = times.to_vec();
+        self.counter.onward(&mut counted);
+        let times = counted.as_slice();
         if self.bare && times.len() > 1 && times.iter().all(|time| is_compact(*time)) {
             let first = times.first().copied().unwrap_or(f64::NAN);
             return Err(Malformed::new(Fault::Value, "dates without separators are numbers here")
@@ -265,10 +297,10 @@ impl Clock {
                 .in_file(&self.file));
         }
         if std::mem::take(&mut self.bare)
-            && let Some(unit) = unit_of(times)
+            && let Some(unit) = unit_of(&self.title, times)
         {
             self.learn(times, unit.seconds);
-            self.taken = unit.said(&self.title, &self.file, self.step)?;
+            self.taken.extend(unit.said(&self.title, &self.file, self.step)?);
             self.factor = Some(unit.seconds);
         }
         let factor = self.factor.unwrap_or(1.0);
@@ -462,7 +494,8 @@ impl Clock {
         let of = |kind: JumpKind| self.jumps.iter().filter(move |jump| jump.kind == kind);
         let s = |n: u64| if n == 1 { "" } else { "s" };
         let [back, gaps, short] = self.counts;
-        notes.extend(self.taken.clone());
+        notes.extend_from_slice(&self.taken);
+        notes.extend(self.counter.note(&self.title));
         if self.tick > 0.0 {
             notes.push(format!(
                 "several rows have one time in '{}', whose steps are {:.6} s; samples are taken as equally spaced",
@@ -594,11 +627,11 @@ const FAST: f64 = 1e-4;
 /// and no inertial sensor is logged as fast as this, 100 kHz; one at 100 Hz has steps of 2.8e-6 in hours, of 1.2e-7 in days.
 const FASTEST: f64 = 1e-5;
 
-/// The unit of times that say none; `None` where fewer than two are there.
+/// The unit of times whose title says none; `None` where fewer than two are there.
 ///
 /// Unix time tells its unit by its size, from 2001 to 2103; days do where as seconds they would be those of more than 10,000 samples a second. Of other
 /// times a step of 1000 s and more is none of a logger of inertial sensors: below 10^6 it is counted in microseconds, above in nanoseconds.
-pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
+pub(crate) fn unit_of(title: &str, times: &[f64]) -> Option<Unsaid> {
     const UNITS: [(&str, f64); 4] = [("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
     const SLOW: f64 = 1e3;
     let first = *times.first()?;
@@ -606,6 +639,10 @@ pub(crate) fn unit_of(times: &[f64]) -> Option<Unsaid> {
     steps.retain(|step| *step > 0.0);
     let median = number::median(&mut steps)?;
     let of = |(name, seconds): (&'static str, f64)| Unsaid { name, seconds, step: median * seconds };
+    // Xsens gives one name to two clocks: the MTi counts 10 kHz, of which half a second and more is no sampling interval; the DOT, with 120 Hz at most, microseconds
+    if words(title).concat() == "sampletimefine" {
+        return Some(of(if median < 5000.0 { ("ticks of 0.1 ms", 1e-4) } else { ("us", 1e-6) }));
+    }
     let unix = |(_, seconds): &&(&str, f64)| SINCE_1970.contains(&(first * seconds)) && median * seconds < SLOW;
     if median < FAST && DAYS.iter().any(|days| days.contains(&first)) {
         return Some(of(("days", 86_400.0)));
@@ -629,7 +666,7 @@ fn is_compact(time: f64) -> bool {
 }
 
 /// Seconds in a unit of time.
-fn seconds(unit: &str) -> Option<f64> {
+pub(super) fn seconds(unit: &str) -> Option<f64> {
     let (unit, second) = (Unit::parse(unit.trim()).ok()?, Unit::parse("s").ok()?);
     // a pure number is none of time
     Some(unit.conversion(&second)?.apply(1.0))

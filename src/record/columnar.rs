@@ -1,5 +1,6 @@
 //! Parquet in blocks: the selected columns of one row group after the other.
 
+use super::clock_from::FIRST;
 use super::columnar_arrow;
 use super::columnar_labels::{self, Pages};
 use super::guard::guarded;
@@ -98,6 +99,11 @@ impl Meaning {
     /// Does it give numbers, whatever its physical type?
     fn is_number(self) -> bool {
         !matches!(self, Meaning::Plain | Meaning::Uuid | Meaning::Unread)
+    }
+
+    /// Does it give times, in seconds each?
+    fn is_time(self) -> bool {
+        matches!(self, Meaning::Time(..) | Meaning::Date)
     }
 
     /// Are the values of a reader numbers? (A date is a text, unless numbers are asked for.)
@@ -241,8 +247,7 @@ impl Columnar {
         let meanings: Vec<Meaning> = schema.columns().iter().map(|column| meaning(column)).collect();
         let titled = schema.columns().iter().map(|c| Column::titled(&c.path().string()));
         // times of these types are seconds here
-        let in_seconds = |meaning: &Meaning| matches!(meaning, Meaning::Time(..) | Meaning::Date);
-        let unit = |(column, meaning): (Column, &Meaning)| match in_seconds(meaning) {
+        let unit = |(column, meaning): (Column, &Meaning)| match meaning.is_time() {
             true => Column { unit: Some("s".into()), ..column },
             false => Column { unit: column.unit.or_else(|| arrow.units.get(&column.title).cloned()), ..column },
         };
@@ -281,6 +286,25 @@ impl Columnar {
             _ => return None,
         };
         Some((places, logical.cloned()))
+    }
+
+    /// Does a column hold times, in seconds each?
+    #[cfg(feature = "cli")]
+    pub fn is_of_times(&self, column: usize) -> bool {
+        self.meanings.get(column).is_some_and(|meaning| meaning.is_time())
+    }
+
+    /// The first values of a column; NaN where a cell is no number, and none of a file that is damaged there.
+    pub fn first_values(&self, column: usize) -> Vec<f64> {
+        let read = || {
+            let mut reader = self.reader.get_row_group(0).ok()?.get_column_reader(column).ok()?;
+            let meaning = self.meanings.get(column).copied().filter(|meaning| *meaning != Meaning::Unread)?;
+            let (mut found, mut times) = (Vec::new(), Times::default());
+            numbers(&mut reader, &mut found, meaning, As::Cell, &mut times, &mut None).ok()?;
+            found.truncate(FIRST);
+            Some(found)
+        };
+        guarded(read).flatten().unwrap_or_default()
     }
 
     /// How many rows it has.
@@ -384,8 +408,7 @@ impl Columnar {
                         let times = &mut self.head.times;
                         let read = numbers(reader, to, meaning, *kind, times, &mut no_number);
                         // readings have times since the first, as of a table of text
-                        if matches!(kind, As::Mixed | As::Cell) && matches!(meaning, Meaning::Time(..) | Meaning::Date)
-                        {
+                        if matches!(kind, As::Mixed | As::Cell) && meaning.is_time() {
                             let first = to.iter().copied().find(|time| !time.is_nan());
                             let since = self.since.get(column).copied().or(first);
                             self.since.extend(since.map(|since| (*column, since)));

@@ -1,7 +1,7 @@
 //! A table of text in blocks: each cell is read once, where it stands.
 
 use super::dialect::{cell_place, is_blank, is_remark, row_end, without_break, written_cells};
-use super::number::{leading, number};
+use super::number::{leading, number, pointed};
 use super::times::WrittenTimes;
 use super::{As, Block, Dialect, Head, RAGGED, UNREADABLE, text};
 use crate::elements::Parts;
@@ -385,8 +385,10 @@ impl Delimited {
     }
 }
 
-/// A cell as it stands, but for the decimal mark of a number.
+/// A cell as it stands, but for a number with another decimal mark than the point.
 fn written(to: &mut super::Written, cell: &[u8], mark: u8) -> f64 {
-    let pointed = mark != b'.' && number(cell, mark).is_some_and(f64::is_finite);
-    to.push(cell.iter().map(|byte| if pointed && *byte == mark { b'.' } else { *byte }))
+    match mark != b'.' && number(cell, mark).is_some_and(f64::is_finite) {
+        true => to.push(pointed(cell, mark).into_iter()),
+        false => to.push(cell.iter().copied()),
+    }
 }

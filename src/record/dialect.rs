@@ -1,6 +1,7 @@
 //! The dialect of a table of text: what parts its cells, its decimal mark, its remarks, names and units.
 
-use super::number::number;
+use super::clock_from::FIRST;
+use super::number::{leading, number};
 use super::text::decoded;
 use super::times::moment;
 use super::{Column, heading};
@@ -30,6 +31,12 @@ pub(super) struct Dialect {
     pub most: usize,
     /// Columns of which no cell of the first rows is a number.
     pub texts: Vec<bool>,
+    /// The first values of each column; NaN where a cell is no number.
+    pub firsts: Vec<Vec<f64>>,
+    /// The first cell of each column that begins as a number does and is none: `0.5 V`, `0x1F`.
+    pub unread: Vec<Option<String>>,
+    /// What no number of the first rows shows: whether the mark taken for a decimal mark parts thousands.
+    pub doubt: Option<String>,
 }
 
 /// Is a line a remark? A semicolon begins one where it does not part cells.
@@ -246,7 +253,8 @@ impl Dialect {
         let is_toa5 = above.first().and_then(|line| line.first()).is_some_and(|cell| cell == "TOA5");
         let is_wide = |line: &&Vec<String>| line.len() == width;
         let is_units = |line: &&Vec<String>| is_wide(line) && heading::is_units(line);
-        let units = above.last().filter(|line| is_units(line) && above.iter().filter(is_wide).count() > 1);
+        let units =
+            above.last().filter(|line| is_units(line) && above.iter().skip(preamble).filter(is_wide).count() > 1);
         let titles = above.iter().take(above.len() - usize::from(units.is_some())).filter(is_wide);
         // what has no number and empty cells is a row below the names
         let is_full = |line: &&Vec<String>| line.iter().all(|cell| !cell.is_empty());
@@ -284,14 +292,30 @@ impl Dialect {
         };
         let named = names.is_some();
         let mut texts_of = vec![(false, false); width];
-        let mut written_times = vec![false; width];
+        let (mut written_times, mut firsts) = (vec![false; width], vec![Vec::new(); width]);
+        let mut unread: Vec<Option<String>> = vec![None; width];
+        // a semicolon parts the cells where commas are decimal marks, and points part thousands
+        let (mut is_shown, mut doubtful) = (delimiter == b',' || (mark == b'.' && delimiter != b';'), None);
         for (_, line) in filled.iter().skip(first) {
-            for (((some, number), time), cell) in
-                texts_of.iter_mut().zip(&mut written_times).zip(cells(line, delimiter))
+            let columns = texts_of.iter_mut().zip(&mut written_times).zip(&mut firsts).zip(&mut unread);
+            for (k, (((((text, number), time), firsts), unread), cell)) in
+                columns.zip(cells(line, delimiter)).enumerate()
             {
-                *some |= !cell.is_empty();
-                *number |= self::number(&cell, mark).is_some();
+                let value = self::number(&cell, mark);
+                // what is absent is neither
+                *text |= value.is_none();
+                *number |= value.is_some_and(|value| !value.is_nan());
                 *time |= cell.contains(&b':') && moment(&cell).is_some();
+                if unread.is_none() && value.is_none() && leading(&cell, mark).is_some() && moment(&cell).is_none() {
+                    *unread = Some(decoded(&cell));
+                }
+                if !is_shown && cell.contains(&mark) && value.is_some() {
+                    is_shown = !is_thousands(&cell, mark);
+                    doubtful.get_or_insert_with(|| (k, decoded(&cell)));
+                }
+                if firsts.len() < FIRST {
+                    firsts.push(value.unwrap_or(f64::NAN));
+                }
             }
         }
         let mut columns: Vec<Column> = match names {
@@ -305,6 +329,10 @@ impl Dialect {
         for (column, _) in columns.iter_mut().zip(written_times).filter(|(_, written)| *written) {
             column.unit = Some("s".into());
         }
+        let doubt = doubtful.filter(|_| !is_shown).map(|(k, cell)| {
+            let (title, sign) = (columns.get(k).map_or("", |column| &column.title), char::from(mark));
+            format!("'{sign}' in '{cell}' of the column '{title}' is read as the decimal mark; no number of the first rows shows that it does not part thousands")
+        });
         let mut seen = HashSet::new();
         if let Some(twice) =
             columns.iter().find(|column| !column.title.is_empty() && !seen.insert(column.title.as_str()))
@@ -323,7 +351,10 @@ impl Dialect {
             lines: lines_before as u64,
             titled,
             most,
-            texts: texts_of.into_iter().map(|(some, number)| some && !number).collect(),
+            texts: texts_of.into_iter().map(|(text, number)| text && !number).collect(),
+            firsts,
+            unread,
+            doubt,
         })
     }
 }
@@ -434,7 +465,7 @@ fn decimal_mark(rows: &[(usize, &[u8])], delimiter: u8) -> u8 {
             own.comma |= comma;
             own.point |= is_marked(cell, b'.');
             own.whole |= !cell.is_empty() && cell.trim_ascii().iter().all(|b| b.is_ascii_digit() || *b == b'-');
-            own.shown |= comma && !is_thousands(cell);
+            own.shown |= comma && !is_thousands(cell, b',');
         }
     }
     let commas = columns.iter().filter(|own| own.comma && !own.point).count();
@@ -452,16 +483,19 @@ struct Marks {
     shown: bool,
 }
 
-/// May the comma of a number part its thousands?
-fn is_thousands(cell: &[u8]) -> bool {
-    let mut parts = cell.trim_ascii().split(|b| *b == b',');
+/// May the mark of a number part its thousands?
+fn is_thousands(cell: &[u8], mark: u8) -> bool {
+    let mut parts = cell.trim_ascii().split(|b| *b == mark);
     let digits = |part: &[u8]| part.iter().all(u8::is_ascii_digit);
     let sign = |part: &[u8]| part.strip_prefix(b"-").unwrap_or(part).to_vec();
     parts.next().map(sign).is_some_and(|first| first != b"0" && first.len() <= 3 && digits(&first))
         && parts.all(|part| part.len() == 3 && digits(part))
 }
 
-/// Is a cell a number with this decimal mark?
+/// Is a cell a number with this decimal mark, and none with the other one?
 fn is_marked(cell: &[u8], mark: u8) -> bool {
-    cell.contains(&mark) && number(cell, mark).is_some_and(f64::is_finite)
+    let other = if mark == b',' { b'.' } else { b',' };
+    cell.iter().any(|byte| matches!(byte, b',' | b'.'))
+        && number(cell, mark).is_some_and(f64::is_finite)
+        && number(cell, other).is_none()
 }

@@ -1,5 +1,6 @@
 //! A table that is held in memory, in blocks; and which of a file's tables is meant.
 
+use super::clock_from::FIRST;
 use super::times::{Times, WrittenTimes};
 use super::{As, Block, Column, Head, Labels, UNREADABLE};
 use crate::elements::Parts;
@@ -117,6 +118,18 @@ impl Held {
     /// Does a column hold texts, not numbers?
     pub(super) fn is_text(&self, column: usize) -> bool {
         matches!(self.values.get(column), Some(Cells::Texts(_)))
+    }
+
+    /// The first values of a column; NaN where a cell is no number.
+    pub(super) fn first_values(&self, column: usize) -> Vec<f64> {
+        let end = FIRST.min(crate::number::index(self.rows()));
+        match self.values.get(column) {
+            Some(Cells::Numbers(cells)) => cells.part(..end).to_vec(),
+            Some(Cells::Texts(cells)) => {
+                cells.part(..end).iter().map(|cell| cell.trim().parse().unwrap_or(f64::NAN)).collect()
+            }
+            None => Vec::new(),
+        }
     }
 
     /// How many rows it has.

@@ -1,4 +1,4 @@
-//! MATLAB files of level 5 (`save -v6`, `-v7`): numeric arrays, also in structs. Level 7.3 is HDF5.
+//! MATLAB files of level 5 (`save -v6`, `-v7`): numeric arrays, also in structs; and of level 4. Level 7.3 is HDF5.
 //!
 //! The layout is that of *MAT-File Format* (The MathWorks). Left aside: cells, objects, sparse matrices, characters, arrays of structs.
 
@@ -21,6 +21,76 @@ const COMPRESSED: u32 = 15;
 /// Class of a struct.
 const STRUCT: u8 = 2;
 
+/// The head of a matrix of level 4, which has no mark of its own: byte order, type of its numbers, class (0: numbers in full), sides, whether it is complex, length of its name.
+struct Level4 {
+    big: bool,
+    kind: u32,
+    class: u32,
+    sides: (usize, usize),
+    complex: bool,
+    name: usize,
+}
+
+/// Length of that head.
+pub(super) const HEAD_4: usize = 20;
+
+impl Level4 {
+    /// `None` for what is no such head.
+    fn of(bytes: &[u8]) -> Option<Self> {
+        let words = bytes.get(..HEAD_4)?.as_chunks::<4>().0;
+        [false, true].into_iter().find_map(|big| {
+            let word = |word: &[u8; 4]| if big { u32::from_be_bytes(*word) } else { u32::from_le_bytes(*word) };
+            let [kind, rows, columns, complex, name] =
+                <[u32; 5]>::try_from(words.iter().map(word).collect::<Vec<_>>()).ok()?;
+            // thousands are the byte order, tens the type of the numbers, ones the class
+            let code = kind.checked_sub(if big { 1000 } else { 0 })?;
+            let number = *[9, 7, 5, 3, 4, 2].get((code / 10) as usize)?;
+            let is_head = code % 10 <= 2 && rows > 0 && columns > 0 && complex <= 1 && (2..=64).contains(&name);
+            let sides = (rows as usize, columns as usize);
+            is_head.then_some(Level4 {
+                big,
+                kind: number,
+                class: code % 10,
+                sides,
+                complex: complex == 1,
+                name: name as usize,
+            })
+        })
+    }
+}
+
+/// Does a file begin as one of level 4 does?
+pub(super) fn is_level_4(first: &[u8]) -> bool {
+    Level4::of(first).is_some()
+}
+
+/// The matrices of a file of level 4; `None` where one ends too early.
+fn level_4(bytes: &[u8]) -> Option<Vec<Array>> {
+    let (mut arrays, mut rest) = (Vec::new(), bytes);
+    while !rest.is_empty() {
+        let head = Level4::of(rest)?;
+        let mut reader = Reader { bytes: rest.get(HEAD_4..)?, big: head.big };
+        let name = reader.take(head.name)?.split(|byte| *byte == 0).next().unwrap_or_default();
+        let size = match head.kind {
+            9 => 8,
+            7 | 5 => 4,
+            3 | 4 => 2,
+            _ => 1,
+        };
+        let length = head.sides.0.checked_mul(head.sides.1)?.checked_mul(size)?;
+        let values = reader.take(length)?;
+        if head.complex {
+            reader.take(length)?;
+        } else if head.class == 0 {
+            let values = numbers(head.kind, values, head.big)?;
+            let name = String::from_utf8_lossy(name).into_owned();
+            arrays.push(Array { name, shape: head.sides, values, ..Array::default() });
+        }
+        rest = reader.bytes;
+    }
+    Some(arrays)
+}
+
 /// Read the table that is meant.
 ///
 /// Errors: a file that was cut off or is none, and those of choosing a table.
@@ -30,6 +100,11 @@ pub(super) fn open(name: &str, bytes: &[u8], table: Option<&str>) -> Result<Held
             .expected("whole elements up to the file's end")
             .in_file(name)
     };
+    if is_level_4(bytes) {
+        let arrays = level_4(bytes)
+            .ok_or_else(|| cut().found(format!("{} bytes, and a matrix that does not end", bytes.len())))?;
+        return Held::choose(name, "variable", tables(arrays), table);
+    }
     let big = match bytes.get(126..HEAD) {
         Some(b"IM") => false,
         Some(b"MI") => true,
@@ -147,7 +222,7 @@ fn matrix(
 }
 
 /// Numbers as they are stored: MATLAB packs whole numbers into the smallest type that holds them.
-fn numbers(kind: u32, data: &[u8], big: bool) -> Option<Vec<f64>> {
+pub(super) fn numbers(kind: u32, data: &[u8], big: bool) -> Option<Vec<f64>> {
     macro_rules! all {
         ($type:ty) => {
             data.chunks_exact(size_of::<$type>())

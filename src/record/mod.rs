@@ -1,7 +1,7 @@
 //! Records: tables of samples as loggers and spreadsheets write them, in blocks of columns.
 //!
 //! ```text
-//! file (text in its dialects, Parquet, workbook, MATLAB, HDF5, MCAP) -> columns by name -> blocks of numbers
+//! file (text in its dialects, Parquet, workbook, MATLAB, NumPy, HDF5, MCAP) -> columns by name -> blocks of numbers
 //! ```
 //!
 //! Memory does not grow with a file of text or Parquet; of the others the table that is read is held.
@@ -16,19 +16,22 @@
 //! | `columnar_arrow.rs` | what Arrow says of Parquet's columns: durations |
 //! | `columnar_labels.rs` | texts of a Parquet column as numbers of labels |
 //! | `workbook.rs` | sheets of Excel and OpenDocument workbooks (feature `excel`) |
-//! | `matlab.rs`, `unpacked.rs`, `hdf5.rs` | MATLAB files of level 5; HDF5, and with it level 7.3 (feature `hdf5`) |
+//! | `matlab.rs`, `unpacked.rs`, `hdf5.rs` | MATLAB files of levels 4 and 5; HDF5, and with it level 7.3 (feature `hdf5`) |
+//! | `npy.rs` | arrays of NumPy |
 //! | `mcap.rs`, `bag.rs` | logs of robots, MCAP and bags of ROS 1: messages `sensor_msgs/Imu` (feature `mcap`) |
 //! | `ulog.rs` | logs of PX4 |
 //! | `guard.rs` | panics of foreign readers |
 //! | `held.rs` | a table in memory, and which of a file's tables is meant |
 //! | `times.rs` | times as people write them |
 //! | `clock.rs` | times of rows; stretches between gaps |
+//! | `clock_from.rs` | which column has the times |
 //!
 //! Deliberately absent: what the columns mean (`wire`, `reduce`).
 
 #[cfg(feature = "mcap")]
 mod bag;
 mod clock;
+mod clock_from;
 #[cfg(feature = "parquet")]
 mod columnar;
 #[cfg(feature = "parquet")]
@@ -46,6 +49,7 @@ mod held;
 mod matlab;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod npy;
 mod number;
 mod text;
 mod times;
@@ -54,10 +58,12 @@ mod unpacked;
 #[cfg(feature = "excel")]
 mod workbook;
 
-pub use clock::ClockFrom;
 #[cfg(feature = "cli")]
-pub(crate) use clock::times_of;
-pub(crate) use clock::{Clock, Jump, JumpKind, unit_of};
+pub(crate) use clock::Stretch;
+pub(crate) use clock::{Clock, Counter, Jump, JumpKind, unit_of};
+pub use clock_from::ClockFrom;
+#[cfg(feature = "cli")]
+pub(crate) use clock_from::{FIRST as FIRST_VALUES, even, times_of};
 pub use heading::title;
 pub use held::{Cells, Held};
 pub(crate) use text::table_text;
@@ -98,7 +104,7 @@ impl Column {
     pub(crate) fn unit_for(&self, wanted: Option<&Unit>) -> Option<String> {
         let end = || units::of_column(&self.title.replace([' ', '.'], "_"));
         let Some(wanted) = wanted else { return self.unit.clone().or_else(end) };
-        let fits = |unit: &String| Unit::parse(unit).is_ok_and(|unit| unit.conversion(wanted).is_some());
+        let fits = |unit: &String| wanted.is_said_by(unit);
         // the last word may be a quotient (`Rate deg/s`), the whole title a unit
         let last = || self.title.rsplit(' ').next().map(str::to_string).filter(fits);
         // a ratio (`mV/V`) is no quantity over its unit where it is wanted itself
@@ -300,7 +306,7 @@ impl Record {
             Format::Text => {}
             other => {
                 return Err(Malformed::new(Fault::Syntax, format!("'{name}' is {}", other.name()))
-                    .expected("CSV (also with semicolons, tabs or spaces; gzip), Parquet, a workbook, MATLAB, HDF5, MCAP, a bag of ROS 1 or a ULog, in a file")
+                    .expected("CSV (also with semicolons, tabs or spaces; gzip), Parquet, a workbook, MATLAB, NumPy, HDF5, MCAP, a bag of ROS 1 or a ULog, in a file")
                     .in_file(name));
             }
         }
@@ -336,13 +342,14 @@ impl Record {
         let unread = |error: std::io::Error| self::text::broken(&name, &error);
         match (format, table) {
             (Format::Text | Format::Parquet | Format::Unread(_), None) => Record::open(&name, file),
-            (Format::Text | Format::Parquet | Format::Unread(_), Some(table)) => {
+            (Format::Text | Format::Parquet | Format::Npy | Format::Unread(_), Some(table)) => {
                 Err(Malformed::new(Fault::File, format!("'{name}' is one table, and has none by name"))
                     .expected("the file's name without '#' and what follows it")
                     .found(format!("'#{table}'"))
                     .in_file(name))
             }
             (Format::Matlab, table) => matlab::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::from),
+            (Format::Npy, None) => npy::open(&name, &whole(&mut file).map_err(unread)?).map(Record::from),
             (Format::Ulog, table) => ulog::open(&name, &whole(&mut file).map_err(unread)?, table).map(Record::from),
             #[cfg(feature = "excel")]
             (Format::Workbook, table) => {
@@ -489,6 +496,34 @@ impl Record {
         }
     }
 
+    /// What a reader should know of how numbers are taken.
+    #[cfg(feature = "cli")]
+    pub(crate) fn doubt(&self) -> Option<&str> {
+        self.text().and_then(|table| table.dialect.doubt.as_deref())
+    }
+
+    /// A cell of a column of texts that begins as a number does.
+    #[cfg(feature = "cli")]
+    pub(crate) fn unread(&self, column: usize) -> Option<&str> {
+        self.text().filter(|_| self.is_text(column)).and_then(|table| table.dialect.unread.get(column)?.as_deref())
+    }
+
+    /// Does a column hold times by its type, which are numbers of seconds since 1970 or of a day?
+    #[cfg(feature = "cli")]
+    pub(crate) fn is_of_times(&self, column: usize) -> bool {
+        if let Source::Parquet(table) = &self.0 { table.is_of_times(column) } else { false }
+    }
+
+    /// The first values of a column, as a table that is open has them before it is read on; NaN where a cell is no number.
+    fn first_values(&self, column: usize) -> Vec<f64> {
+        match &self.0 {
+            Source::Text(table) => table.dialect.firsts.get(column).cloned().unwrap_or_default(), // no such column
+            #[cfg(feature = "parquet")]
+            Source::Parquet(table) => table.first_values(column),
+            Source::Held(table) => table.first_values(column),
+        }
+    }
+
     /// Of a column of whole numbers of 64 bits, of which doubles keep 53: the decimal places of the unit that it is read in, and its type.
     #[cfg(feature = "cli")]
     pub(crate) fn whole(&self, column: usize) -> Option<(i32, Option<parquet::basic::LogicalType>)> {
@@ -603,7 +638,7 @@ impl Labels {
 }
 
 /// Bytes that a format is told by.
-const FIRST: usize = 8;
+const FIRST: usize = matlab::HEAD_4;
 
 /// Formats by their first bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -612,6 +647,7 @@ enum Format {
     Parquet,
     Workbook,
     Matlab,
+    Npy,
     Hdf5,
     Mcap,
     Bag,
@@ -643,7 +679,12 @@ impl Format {
             [b'U', b'L', b'o', b'g', 0x01, ..] => Format::Ulog,
             [b'T', b'D', b'S', b'm', ..] => Format::Unread("a TDMS file of LabVIEW, which is exported as CSV or HDF5"),
             [0xFD, b'7', b'z', b'X', b'Z', 0, ..] => Format::Unread("compressed by xz"),
-            [b'B', b'Z', b'h', b'1'..=b'9', b'1', b'A', b'Y', b'&'] => Format::Unread("compressed by bzip2"),
+            [b'B', b'Z', b'h', b'1'..=b'9', b'1', b'A', b'Y', b'&', ..] => Format::Unread("compressed by bzip2"),
+            [b'C', b'D', b'F', 1 | 2 | 5, ..] => {
+                Format::Unread("a NetCDF file of the classic format, which `nccopy -k netCDF-4` makes an HDF5 file of")
+            }
+            [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => Format::Npy,
+            first if matlab::is_level_4(first) => Format::Matlab,
             _ => Format::Text,
         }
     }
@@ -654,6 +695,7 @@ impl Format {
             Format::Parquet => "Parquet",
             Format::Workbook => "a workbook (.xlsx, .xls, .ods), or another archive",
             Format::Matlab => "a MATLAB file",
+            Format::Npy => "an array of NumPy",
             Format::Hdf5 => "an HDF5 file (or a MATLAB file of level 7.3)",
             Format::Mcap => "an MCAP log",
             Format::Bag => "a bag of ROS 1",

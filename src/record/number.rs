@@ -105,8 +105,8 @@ pub(super) fn number(cell: &[u8], mark: u8) -> Option<f64> {
     leading(&plain, mark).filter(|(_, length)| *length == plain.len()).map(|(value, _)| value)
 }
 
-/// A number with the minus of typesetters, or whose digits before the decimal mark are grouped in threes by blanks or apostrophes (ISO 80000-1), without these.
-/// Commas and points group as well, but may be decimal marks.
+/// A number with the minus of typesetters, or whose digits before the decimal mark are grouped in threes by blanks or apostrophes (ISO 80000-1), without these. Of comma and point
+/// the one that is no decimal mark groups as well, where it stands twice or a decimal mark behind it: alone (`20,998`) it may be the decimal mark of another program.
 fn ungrouped(cell: &[u8], mark: u8) -> Option<Vec<u8>> {
     let (sign, digits) = match cell {
         [0xE2, 0x88, 0x92, rest @ ..] => (Some(b'-'), rest),
@@ -116,24 +116,37 @@ fn ungrouped(cell: &[u8], mark: u8) -> Option<Vec<u8>> {
     if cell.len() > LONGEST || !digits.first()?.is_ascii_digit() {
         return None;
     }
+    let other: &[u8] = if mark == b',' { b"." } else { b"," };
     let (mut plain, mut rest): (Vec<u8>, &[u8]) = (sign.into_iter().collect(), digits);
     let mut group = rest.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let (short, mut by_other, mut groups) = (group <= 3, 0, 0);
     while let [byte, ..] = rest
         && *byte != mark
         && group > 0
     {
         plain.extend_from_slice(rest.get(..group)?);
         rest = rest.get(group..)?;
-        const MARKS: [&[u8]; 6] = [b" ", b"'", b"\xC2\xA0", b"\xA0", "\u{202f}".as_bytes(), "\u{2019}".as_bytes()];
-        let Some(behind) = MARKS.iter().find_map(|mark| rest.strip_prefix(*mark)) else { break };
+        let marks: [&[u8]; 7] = [b" ", b"'", b"\xC2\xA0", b"\xA0", "\u{202f}".as_bytes(), "\u{2019}".as_bytes(), other];
+        let Some(behind) = marks.iter().find_map(|mark| rest.strip_prefix(*mark)) else { break };
+        (by_other, groups) = (by_other + usize::from(rest.starts_with(other)), groups + 1);
         group = behind.iter().take_while(|byte| byte.is_ascii_digit()).count();
         if group != 3 || plain.len() > LONGEST {
             return None;
         }
         rest = behind;
     }
+    // one kind of mark alone, which is not that of a decimal number
+    let is_sure = by_other == groups && short && (groups > 1 || rest.first() == Some(&mark));
     plain.extend_from_slice(rest);
-    Some(plain)
+    Some(plain).filter(|_| by_other == 0 || is_sure)
+}
+
+/// The bytes of a number as other programs read it: with a decimal point, and without what groups its digits.
+pub(super) fn pointed(cell: &[u8], mark: u8) -> Vec<u8> {
+    let is_plain = leading(cell, mark).is_some_and(|(_, length)| length == cell.len());
+    let plain = if is_plain { None } else { ungrouped(cell, mark) };
+    let bytes = plain.unwrap_or_else(|| cell.to_vec());
+    bytes.into_iter().map(|byte| if byte == mark { b'.' } else { byte }).collect()
 }
 
 /// Does a cell say that nothing was read, or nothing that is a number (the errors of spreadsheets, and of divisions by zero)?

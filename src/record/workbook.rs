@@ -4,7 +4,9 @@ use super::Delimited;
 use super::guard::guarded;
 use super::held::SHORT;
 use crate::error::{Fault, Malformed, Result};
+use crate::units::Unit;
 use calamine::{Data, DataRef, Reader, Sheets, open_workbook_auto_from_rs};
+use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 
 /// Seconds of a day: dates are numbers of days there.
@@ -28,17 +30,21 @@ pub(super) fn open(name: &str, bytes: Vec<u8>, table: Option<&str>) -> Result<De
         return Err(broken(&"a sheet that says more rows or columns than a sheet can have: the file is damaged"));
     }
     let read = || read(name, bytes, table, &broken);
-    let lines = guarded(read).ok_or_else(|| broken(&"its structure is damaged"))??;
-    Delimited::open(name, Cursor::new(lines.into_bytes()))
+    let (lines, units) = guarded(read).ok_or_else(|| broken(&"its structure is damaged"))??;
+    let mut table = Delimited::open(name, Cursor::new(lines.into_bytes()))?;
+    for (column, unit) in table.head.columns.iter_mut().zip(units) {
+        column.unit = column.unit.take().or(unit);
+    }
+    Ok(table)
 }
 
-/// The sheet that is meant, as lines.
+/// The sheet that is meant, as lines, and the units of its columns.
 fn read(
     name: &str,
     bytes: Vec<u8>,
     table: Option<&str>,
     broken: &dyn Fn(&dyn std::fmt::Display) -> Malformed,
-) -> Result<String> {
+) -> Result<(String, Vec<Option<String>>)> {
     let mut book = open_workbook_auto_from_rs(Cursor::new(bytes)).map_err(|error| broken(&error))?;
     let all = book.sheet_names();
     let list = |names: &[String]| names.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
@@ -57,7 +63,7 @@ fn read(
     let mut found = Vec::new();
     for name in names {
         let sheet = used(&mut book, &name).map_err(|error| broken(&error))?;
-        let is_number = |(_, cell): &(Place, Data)| matches!(cell, Data::Int(_) | Data::Float(_) | Data::DateTime(_));
+        let is_number = |(_, cell): &(Place, Data)| is_plain(cell) || matches!(cell, Data::DateTime(_));
         // numbers may be written as texts
         if sheet.iter().any(is_number) || (table.is_some() && !sheet.is_empty()) {
             found.push((name, sheet));
@@ -69,11 +75,22 @@ fn read(
     found.retain(|(_, sheet)| rows(sheet) * SHORT >= longest);
     let names: Vec<String> = found.iter().map(|(name, _)| name.clone()).collect();
     match (found.pop(), found.is_empty()) {
-        (Some((name, sheet)), true) => lines(&sheet).ok_or_else(|| {
-            Malformed::new(Fault::Value, format!("the sheet '{name}' is too wide for its rows"))
-                .expected(format!("at most {MOST_CELLS} cells, rows times columns with a cell"))
-                .in_file(name)
-        }),
+        (Some((sheet_name, sheet)), true) => {
+            let wide = || {
+                Malformed::new(Fault::Value, format!("the sheet '{sheet_name}' is too wide for its rows"))
+                    .expected(format!("at most {MOST_CELLS} cells, rows times columns with a cell"))
+                    .in_file(&sheet_name)
+            };
+            let lines = lines(&sheet).ok_or_else(wide)?;
+            let shown = shown(&mut book, &sheet_name).map_err(|error| broken(&error))?;
+            let units = units(&sheet, &shown).map_err(|(place, found)| {
+                Malformed::new(Fault::Value, format!("the cells of column {} are shown in different units", place + 1))
+                    .expected("one unit in a column")
+                    .found(found)
+                    .in_file(name)
+            })?;
+            Ok((lines, units))
+        }
         (None, _) => Err(Malformed::new(Fault::Missing, format!("'{name}' has no sheet with numbers"))
             .expected("a sheet whose first row names the columns, with numbers below")
             .found(list(&all))
@@ -125,6 +142,72 @@ fn used(book: &mut Sheets<Cursor<Vec<u8>>>, name: &str) -> std::result::Result<V
     cells.retain(|(_, cell)| !is_blank(cell));
     cells.sort_by_key(|(place, _)| *place);
     Ok(cells)
+}
+
+/// Is it a number that is no date?
+fn is_plain(cell: &Data) -> bool {
+    matches!(cell, Data::Int(_) | Data::Float(_))
+}
+
+/// The units that the number formats of a sheet of .xlsx show, by their places.
+fn shown(
+    book: &mut Sheets<Cursor<Vec<u8>>>,
+    name: &str,
+) -> std::result::Result<HashMap<Place, String>, calamine::Error> {
+    let mut found = HashMap::new();
+    let Sheets::Xlsx(book) = book else { return Ok(found) };
+    let mut reader = book.worksheet_cells_reader(name)?;
+    let format = |style: &calamine::Style| unit_shown(&style.number_format.as_ref()?.format_code);
+    let units: Vec<Option<String>> = reader.styles().iter().map(format).collect();
+    while let Some((row, column, style)) =
+        if units.iter().any(Option::is_some) { reader.next_style_id()? } else { None }
+    {
+        found.extend(units.get(style).cloned().flatten().map(|unit| ((row, column), unit)));
+    }
+    Ok(found)
+}
+
+/// The unit behind the digits of a number format: `0.00" °C"`, `0.0\ \V`.
+fn unit_shown(format: &str) -> Option<String> {
+    let (mut literal, mut begun, mut quoted) = (String::new(), false, false);
+    let mut signs = format.chars();
+    while let Some(sign) = signs.next() {
+        match sign {
+            '"' => quoted = !quoted,
+            sign if quoted => literal.push(sign),
+            // of positive numbers
+            ';' => break,
+            '\\' => literal.extend(signs.next()),
+            // a blank as wide as a sign, a sign that fills the cell
+            '_' | '*' => drop(signs.next()),
+            '[' => drop(signs.by_ref().find(|sign| *sign == ']')),
+            '0' | '#' | '?' if !begun => {
+                begun = true;
+                literal.clear();
+            }
+            sign if !sign.is_ascii() => literal.push(sign),
+            _ => {}
+        }
+    }
+    let unit = literal.trim();
+    Unit::parse(unit).ok().filter(|parsed| begun && !parsed.dimension().is_number()).map(|_| unit.to_string())
+}
+
+/// The unit of each column with a cell, as its numbers are shown. Errors: a column that has two, and which.
+fn units(
+    cells: &[(Place, Data)],
+    shown: &HashMap<Place, String>,
+) -> std::result::Result<Vec<Option<String>>, (u32, String)> {
+    let mut found: BTreeMap<u32, Option<&String>> = BTreeMap::new();
+    for (place, cell) in cells {
+        let unit = found.entry(place.1).or_default();
+        let own = shown.get(place).filter(|_| is_plain(cell));
+        match (*unit, own) {
+            (Some(unit), Some(own)) if unit != own => return Err((place.1, format!("'{unit}' and '{own}'"))),
+            _ => *unit = unit.or(own),
+        }
+    }
+    Ok(found.into_values().map(|unit| unit.cloned()).collect())
 }
 
 /// A row or column of a sheet: below 2^20.

@@ -52,5 +52,7 @@ pub(super) fn begin(title: impl Into<String>, inputs: &[Input], lang: Language) 
     let digest = |input: &Input| (say!(lang, "sha-of", name = input.name), code(&input.sha256));
     let version = (say!(lang, "made-by").to_string(), format!("tumble {VERSION}"));
     let colophon = [version].into_iter().chain(inputs.iter().map(digest)).collect();
-    Document { title: title.into(), language: lang, colophon, ..Document::default() }
+    let mut document = Document::new(title);
+    (document.language, document.colophon) = (lang, colophon);
+    document
 }

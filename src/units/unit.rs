@@ -17,6 +17,11 @@ pub struct Unit {
 }
 
 impl Unit {
+    /// Does a text say a unit that converts to this one?
+    pub(crate) fn is_said_by(&self, text: &str) -> bool {
+        Unit::parse(text).is_ok_and(|unit| unit.conversion(self).is_some())
+    }
+
     /// The pure number 1.
     pub(crate) fn one() -> Unit {
         Unit { symbol: "1".into(), dimension: Dimension::default(), scale: ONE, hertz: 0.0, factors: Vec::new() }

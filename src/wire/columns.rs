@@ -45,6 +45,7 @@ pub(super) fn columns(
         used.contains(key)
             || matches!(kind, Meaning::Sensor(_) | Meaning::SensorU(_) | Meaning::Angle(_) | Meaning::Rate(_))
     };
+    let wanted = |to: &str, unit: &str| Unit::parse(to).is_ok_and(|to| to.is_said_by(unit));
     let mut columns: Vec<Column> = Vec::with_capacity(titles.len());
     let mut seen: HashSet<String> = HashSet::new();
     for column in titles {
@@ -59,7 +60,7 @@ pub(super) fn columns(
             (Some(key), None) => key.clone(),
             (None, _) if column.unit.is_some() && key_unit(bench, &name).is_some() => name,
             (None, _) => match column.quotient() {
-                Some((symbol, unit)) if key_unit(bench, symbol).is_some_and(|to| converts(unit, &to)) => symbol.into(),
+                Some((symbol, unit)) if key_unit(bench, symbol).is_some_and(|to| wanted(&to, unit)) => symbol.into(),
                 _ => found.to_string(),
             },
         };
@@ -77,11 +78,6 @@ pub(super) fn columns(
         columns.push((key, conversion));
     }
     Ok(columns)
-}
-
-/// Is one unit another one in another size?
-fn converts(from: &str, to: &str) -> bool {
-    Unit::parse(from).ok().zip(Unit::parse(to).ok()).is_some_and(|(from, to)| from.conversion(&to).is_some())
 }
 
 /// From the unit that the title of a column says to that of the key it is read as, wherever a record or a table is read; `None` where the numbers stay as they are.

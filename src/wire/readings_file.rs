@@ -1,12 +1,15 @@
 //! Readings as JSON objects: joint keys, sensor keys, a position, and any further numeric column.
 
 use super::Named;
+use super::columns::{from_title, key_unit};
 use crate::bench::Bench;
 use crate::campaign::is_axis_input;
 use crate::campaign::{JointState, Label, Observation, Place, Pool, Reading, Readings};
 use crate::design::indifferent_angles;
 use crate::error::{Fault, Malformed, Result};
 use crate::mix::Mix;
+use crate::record::WrittenTimes;
+use crate::units::Conversion;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::cell::OnceCell;
@@ -37,6 +40,15 @@ impl Cell {
             Cell::Number(x) => x.to_string(),
             Cell::Text(text) => text.clone(),
             Cell::List(_) | Cell::Nothing(()) => String::new(),
+        }
+    }
+
+    /// What it says, once lists are expanded.
+    pub(super) fn says(&self) -> Says<'_> {
+        match self {
+            Cell::Number(value) => Says::Number(*value),
+            Cell::Text(text) => Says::Text(text),
+            Cell::List(_) | Cell::Nothing(()) => Says::Nothing,
         }
     }
 }
@@ -202,18 +214,89 @@ impl CellRows for Written {
         let mut cells = Vec::new();
         for (place, row) in &self.rows {
             cells.clear();
-            cells.extend(row.0.iter().filter_map(|(key, cell)| {
-                let says = match cell {
-                    Cell::Number(value) => Says::Number(*value),
-                    Cell::Text(text) => Says::Text(text),
-                    // lists were expanded
-                    Cell::List(_) | Cell::Nothing(()) => Says::Nothing,
-                };
-                Some((*self.keys.get(key)?, says))
-            }));
+            cells.extend(row.0.iter().filter_map(|(key, cell)| Some((*self.keys.get(key)?, cell.says()))));
             see(&|| place.clone(), &cells)?;
         }
         Ok(())
+    }
+}
+
+/// Keys of times whose first cell is a written one (`2026-11-20T09:14:03`): they are times since that.
+pub(super) struct Times(Vec<Option<TimesOf>>);
+
+/// The key of a time: from seconds to its unit, and the times so far; `None` before a cell, or where the first one is none.
+struct TimesOf {
+    from_seconds: Option<Conversion>,
+    clock: Option<WrittenTimes>,
+    begun: bool,
+}
+
+impl Times {
+    pub fn of<'a>(bench: &Bench, keys: impl Iterator<Item = &'a str>) -> Self {
+        let used: HashSet<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
+        let of = |key: &str| {
+            let from_seconds = match key_unit(bench, key) {
+                Some(unit) => from_title(key, "s", &unit).ok()?,
+                None => used.contains(key).then_some(None)?,
+            };
+            Some(TimesOf { from_seconds, clock: None, begun: false })
+        };
+        Times(keys.map(of).collect())
+    }
+
+    /// What a cell says in the place of a written time. Errors: `None` for a cell that is none below others that are.
+    pub fn number<'a>(&mut self, key: usize, says: Says<'a>) -> Option<Says<'a>> {
+        let Some(Some(own)) = self.0.get_mut(key) else { return Some(says) };
+        let text = match says {
+            Says::Nothing => return Some(says),
+            Says::Text(text) => Some(text),
+            Says::Number(_) => None,
+        };
+        if !std::mem::replace(&mut own.begun, true) {
+            own.clock =
+                text.and_then(|text| WrittenTimes::default().since_first(text)).map(|_| WrittenTimes::default());
+        }
+        let Some(clock) = &mut own.clock else { return Some(says) };
+        let time = clock.since_first(text?)?;
+        Some(Says::Number(own.from_seconds.map_or(time, |conversion| conversion.apply(time))))
+    }
+}
+
+/// Rows whose written times are numbers.
+struct InSeconds<'a, R> {
+    bench: &'a Bench,
+    rows: &'a R,
+}
+
+impl<R: CellRows> CellRows for InSeconds<'_, R> {
+    fn keys(&self) -> Vec<&str> {
+        self.rows.keys()
+    }
+
+    fn visit(&self, see: &mut dyn FnMut(&dyn Fn() -> Place, &[(usize, Says<'_>)]) -> Result<()>) -> Result<()> {
+        let keys = self.rows.keys();
+        let mut times = Times::of(self.bench, keys.iter().copied());
+        if times.0.iter().all(Option::is_none) {
+            return self.rows.visit(see);
+        }
+        self.rows.visit(&mut |place, cells| {
+            let mut own: Vec<(usize, Says<'_>)> = Vec::with_capacity(cells.len());
+            for (k, says) in cells {
+                let number = times.number(*k, *says).ok_or_else(|| {
+                    let key = keys.get(*k).copied().unwrap_or_default();
+                    Malformed::new(Fault::Value, format!("{key} is not a time"))
+                        .expected("a time as in the rows before; an empty cell where nothing was read")
+                        .found(match says {
+                            Says::Text(text) => format!("'{text}'"),
+                            Says::Number(value) => value.to_string(),
+                            Says::Nothing => "an empty cell".into(),
+                        })
+                        .at_path(format!("{}.{key}", place()))
+                })?;
+                own.push((*k, number));
+            }
+            see(place, &own)
+        })
     }
 }
 
@@ -239,6 +322,7 @@ fn place_of(rows: &impl CellRows, column: &str) -> Result<Place> {
 
 /// Cells to readings, shared by all files.
 pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings> {
+    let rows = &InSeconds { bench, rows };
     let joints: Vec<&str> = bench.joints().collect();
     let names = rows.keys();
     let mut keys: Vec<Key<'_>> =

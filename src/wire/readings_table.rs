@@ -1,14 +1,14 @@
 //! Readings from a table of any format that a record may have, and from the rows of one device of a table of many.
 
 use super::Named;
-use super::columns::{Column, columns, from_title, key_unit};
-use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, Says, Written, from_cells, too_many};
+use super::columns::{Column, columns};
+use super::readings_file::{Cell, CellRows, MOST_READINGS, ReadingFile, Says, Times, Written, from_cells, too_many};
 use crate::batch::{Device, Layout, Use};
 use crate::bench::Bench;
 use crate::campaign::{Place, Readings, ScatterRequest};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
-use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE, WrittenTimes};
+use crate::record::{self, As, Block, RAGGED, Record, Said, UNREADABLE};
 use crate::units::Conversion;
 use std::sync::Arc;
 
@@ -95,54 +95,7 @@ fn read_blocks(
         }
         blocks.push(block);
     }
-    let used: Vec<&str> = bench.sensors.iter().flat_map(|sensor| sensor.model.names()).collect();
-    for (k, (key, _)) in keys.iter().enumerate() {
-        let from_seconds = match key_unit(bench, key) {
-            Some(unit) => from_title(key, "s", &unit).ok(),
-            None => used.contains(&key.as_str()).then_some(None),
-        };
-        if let Some(from_seconds) = from_seconds {
-            written_times(record.labels(), &mut blocks, k, from_seconds).map_err(|(b, row)| {
-                let rows = Rows::of(&keys, &blocks, record);
-                Malformed::new(Fault::Value, format!("{key} is not a time"))
-                    .expected("a time as in the rows before; an empty cell where nothing was read")
-                    .found(rows.written(b, row, k))
-                    .at_path(key.as_str())
-                    .under(&rows.place(b, row).to_string())
-            })?;
-        }
-    }
     Ok((keys, blocks))
-}
-
-/// A column of written times (`2026-11-20T09:14:03`), which begins with one, as times since the first of them; any other stays as it is.
-///
-/// Errors: a cell that is none, by the block and the row.
-fn written_times(
-    labels: &[String],
-    blocks: &mut [Block],
-    column: usize,
-    from_seconds: Option<Conversion>,
-) -> std::result::Result<(), (usize, usize)> {
-    let mut clock = WrittenTimes::default();
-    let mut begun = false;
-    for (b, block) in blocks.iter_mut().enumerate() {
-        let cells = block.columns.get_mut(column).into_iter().flatten();
-        for (k, cell) in cells.enumerate().filter(|(_, cell)| !matches!(record::said(**cell), Said::Nothing)) {
-            let text = match record::said(*cell) {
-                Said::Text(label) => labels.get(label),
-                _ => None,
-            };
-            let time = text.and_then(|text| clock.since_first(text));
-            match time {
-                Some(time) => *cell = from_seconds.map_or(time, |conversion| conversion.apply(time)),
-                None if begun => return Err((b, k)),
-                None => return Ok(()),
-            }
-            begun = true;
-        }
-    }
-    Ok(())
 }
 
 /// The rows of a table that was read.
@@ -166,16 +119,6 @@ impl<'a> Rows<'a> {
             (before + row + 1) as u64
         };
         Place::Row { is_text: line.is_some(), number: line.copied().unwrap_or_else(number), file: self.file.clone() }
-    }
-
-    /// A cell as a message quotes it.
-    fn written(&self, block: usize, row: usize, column: usize) -> String {
-        let cell = self.blocks.get(block).and_then(|b| b.columns.get(column)?.get(row));
-        match cell.map_or(Said::Nothing, |cell| record::said(*cell)) {
-            Said::Text(label) => format!("'{}'", self.labels.get(label).map_or("", String::as_str)),
-            Said::Number(value) => value.to_string(),
-            Said::Nothing => "an empty cell".into(),
-        }
     }
 }
 
@@ -349,6 +292,7 @@ pub fn inline_devices(
     // rows of the campaign itself
     let campaign: Arc<str> = Arc::from("");
     let mut places = std::collections::HashMap::<String, usize>::new();
+    let mut times = Times::of(bench, layout.keys.iter().map(String::as_str));
     for (k, row) in rows.iter().enumerate() {
         if let Some((key, _)) = row.0.iter().find(|(_, cell)| matches!(cell, Cell::List(_))) {
             return Err(Malformed::new(Fault::Value, "readings of many devices have no lists")
@@ -373,10 +317,10 @@ pub fn inline_devices(
             device.push_position(&written("position").as_str().into());
         }
         device.push_run(&campaign, (k as u64 + 1, 1), false);
-        for (key, kind) in layout.keys.iter().zip(&layout.uses) {
-            let number = match row.get(key) {
-                Some(Cell::Number(x)) => *x,
-                Some(Cell::Text(_)) => UNREADABLE,
+        for (k, (key, kind)) in layout.keys.iter().zip(&layout.uses).enumerate() {
+            let number = match row.get(key).map(|cell| times.number(k, cell.says())) {
+                Some(Some(Says::Number(x))) => x,
+                Some(None | Some(Says::Text(_))) => UNREADABLE,
                 _ => f64::NAN,
             };
             match kind {

@@ -14,7 +14,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::fit::Settings;
 use crate::fit::streamed::{self, Rows, Sample};
 use crate::number;
-use crate::record::{As, Block, Clock, Record};
+use crate::record::{As, Block, Clock, Counter, Record};
 use crate::reduce::{EventKind, Odd, together};
 use crate::units::Conversion;
 use std::ops::Range;
@@ -34,7 +34,8 @@ pub struct RecordRows<'a> {
     /// Column of labels among those that are read.
     label: Option<usize>,
     rate: Option<f64>,
-    /// What is subtracted from the column of times.
+    /// The counter that the column of times may be, and what is subtracted from it.
+    counter: Counter,
     origin: Option<f64>,
     /// The first time, from which segments are counted.
     zero: Option<f64>,
@@ -87,6 +88,9 @@ struct Taken {
     run: Option<(u64, Option<usize>)>,
     runs: Runs,
 }
+
+/// The column of times, the seconds in its unit (`true` where the times themselves say it), and why it is that where its name does not.
+type ColumnOfTimes = (usize, (f64, bool), Option<String>);
 
 /// A column of the record that is read.
 #[derive(Debug, Clone)]
@@ -179,6 +183,7 @@ impl<'a> RecordRows<'a> {
             label: None,
             titles: record.columns().iter().map(|column| column.title.clone()).collect(),
             rate: samples.rate_hz,
+            counter: Counter::default(),
             origin: None,
             zero: None,
             record: None,
@@ -194,7 +199,15 @@ impl<'a> RecordRows<'a> {
         // written times are those of a clock
         let mut numbers = keys.iter().enumerate().filter(|(place, _)| !record.is_text(*place));
         let has_time_s = numbers.any(|(_, (key, _))| key == "time_s");
-        let clock = rows.clock(&record, samples, has_time_s)?;
+        let is_read = |place: usize| {
+            let key = keys.get(place).map_or("", |(key, _)| key.as_str());
+            meaning(&rows.bench, key) != Meaning::Column || used.iter().any(|name| name == key)
+        };
+        let clock =
+            rows.clock(&record, samples, has_time_s)?.filter(|(column, _, why)| why.is_none() || !is_read(*column));
+        let said = clock.iter().filter_map(|(.., why)| why.clone());
+        said.for_each(|why| rows.folder.note(format!("{}: {why}", rows.path)));
+        let clock = clock.map(|(column, seconds, _)| (column, seconds));
         for (place, (key, conversion)) in keys.into_iter().enumerate() {
             let is_clock = clock.is_some_and(|(column, _)| column == place);
             let key = if is_clock { "time_s".to_string() } else { key };
@@ -228,8 +241,8 @@ impl<'a> RecordRows<'a> {
         Ok(rows)
     }
 
-    /// The column of times and the seconds in its unit; `None` where numbers of a column `time_s` are taken as they are, or a rate is stated.
-    fn clock(&self, record: &Record, samples: &SamplesFile, has_time_s: bool) -> Result<Option<(usize, (f64, bool))>> {
+    /// The column of times, the seconds in its unit, and why it is that where its name does not say it; `None` where numbers of a column `time_s` are taken as they are, or a rate is stated.
+    fn clock(&self, record: &Record, samples: &SamplesFile, has_time_s: bool) -> Result<Option<ColumnOfTimes>> {
         let from = crate::record::ClockFrom { time: samples.time.clone(), rate: samples.rate_hz };
         if from.time.is_none() && (has_time_s || from.rate.is_some()) {
             return Ok(None);
@@ -237,7 +250,7 @@ impl<'a> RecordRows<'a> {
         let Some(column) = from.column(record)? else { return Ok(None) };
         let Some(titled) = record.columns().get(column) else { return Ok(None) };
         match Clock::column(titled, record.name()) {
-            Ok(clock) => Ok(Some((column, (clock.seconds_per_unit(), clock.is_bare())))),
+            Ok(clock) => Ok(Some((column, (clock.seconds_per_unit(), clock.is_bare()), from.taken(record)))),
             // a column that is called so by chance
             Err(_) if from.time.is_none() => Ok(None),
             Err(error) => Err(error),
@@ -627,6 +640,7 @@ impl Rows for RecordRows<'_> {
         selected.extend(self.label.map(|column| (column, As::Label)));
         record.select(&selected);
         (self.record, self.row, self.used, self.origin, self.zero) = (Some(record), 0, 0, None, None);
+        self.counter = Counter::default();
         self.taken.run = None;
         self.taken.runs.restart();
         self.sensors.iter_mut().for_each(|own| (own.samples, own.last) = (0, f64::NAN));
@@ -640,12 +654,14 @@ impl Rows for RecordRows<'_> {
                 self.taken.runs.ended("runs of rows").map_err(|error| error.in_file(record.name()))?;
                 return Ok(false);
             }
-            for (read, times) in self.read.iter_mut().zip(&self.raw.columns) {
+            let clock = self.read.iter_mut().zip(&mut self.raw.columns);
+            for (read, times) in clock.filter(|(read, _)| read.seconds.is_some()) {
+                self.counter.onward(times);
+                let title = self.titles.get(read.place).map_or("", String::as_str);
                 if let Some((seconds, bare @ true)) = &mut read.seconds
-                    && let Some(unit) = crate::record::unit_of(times)
+                    && let Some(unit) = crate::record::unit_of(title, times)
                 {
                     (*seconds, *bare) = (unit.seconds, false);
-                    let title = self.titles.get(read.place).map_or("", String::as_str);
                     unit.said(title, record.name(), unit.step)?.into_iter().for_each(|note| self.folder.note(note));
                 }
             }

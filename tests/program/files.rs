@@ -455,8 +455,17 @@ fn a_campaign_comes_from_standard_input_or_behind_its_readings() {
     let folder = folder();
     let plain = tumble(folder.path(), &["fit", "good.campaign.json"]).output().expect("a run");
     let input = std::fs::File::open(folder.path().join("good.campaign.json")).expect("the campaign");
-    let piped = tumble(folder.path(), &["fit", "-"]).stdin(input).output().expect("a run");
-    assert_eq!(String::from_utf8_lossy(&piped.stdout), String::from_utf8_lossy(&plain.stdout), "{piped:?}");
+    let given = tumble(folder.path(), &["fit", "-"]).stdin(input).output().expect("a run");
+    assert_eq!(String::from_utf8_lossy(&given.stdout), String::from_utf8_lossy(&plain.stdout), "{given:?}");
+    // commands that look at what the file is before they take it read it once
+    let text = std::fs::read_to_string(folder.path().join("good.campaign.json")).expect("the campaign");
+    for command in ["check", "compare"] {
+        let plain = tumble(folder.path(), &[command, "good.campaign.json"]).output().expect("a run");
+        let again = piped(folder.path(), &[command, "-"], &text);
+        // up to the place of an error, which has the file's name
+        let said = |output: &Output| (output.status.code(), told(output).1.split(" in ").next().map(String::from));
+        assert_eq!(said(&again), said(&plain), "{command}");
+    }
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/24-temperature");
     let before =
         tumble(&example, &["fit", "chamber.campaign.json", "--readings", "readings.csv"]).output().expect("a run");
@@ -591,4 +600,69 @@ fn apply_keeps_whole_numbers_and_written_times() {
     let mut block = tumble::record::Block::default();
     assert!(record.next(&mut block).expect("rows"));
     assert_eq!((record.labels(), &block.columns[1]), (&stamps.map(String::from)[..], &vec![0.0, 1.0]));
+}
+
+/// Written times in readings of the campaign itself and in a record that is corrected are those of a table of readings: seconds since the first. V = 0.5 + 0.25 t + 2 a_I.
+#[test]
+fn written_times_through_every_door() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |seconds: u32| format!("2026-11-20T09:{:02}:{:02}Z", 14 + seconds / 60, seconds % 60);
+    let rows = [(0, 0, 0.5), (10, 90, 5.0), (70, 0, 18.0), (90, 90, 25.0)];
+    let campaign = |readings: String, more: &str| {
+        format!(
+            r#"{{ "bench": {{ "id": "head", "chain": [ {{ "joint": "theta", "about": "y" }} ], "sensors": {{ "V": {{ "axes": {{ "I": "x" }},
+            "model": "V0 + d*time_s + 2*a_I" }} }} }}, "estimate": {{ "V0": {{}}, "d": {{}} }} {more}, "readings": {readings} }}"#
+        )
+    };
+    let number = |report: &serde_json::Value, id: &str| {
+        let own = report["parameters"].as_array().expect("parameters").iter().find(|own| own["id"] == id).cloned();
+        own.expect("the parameter")["value"].as_f64().expect("a value")
+    };
+    let fit = |name: &str, text: &str| -> serde_json::Value {
+        std::fs::write(folder.path().join(name), text).expect("written");
+        let (code, error) = run(folder.path(), &["fit", name, "--json", "fit.json"]);
+        assert_ne!(code, Some(1), "{error}");
+        serde_json::from_str(&std::fs::read_to_string(folder.path().join("fit.json")).expect("a report")).expect("JSON")
+    };
+    let line = |(seconds, theta, v): &(u32, i32, f64)| {
+        format!(r#"{{ "time_s": "{}", "theta_deg": {theta}, "V": {v} }}"#, at(*seconds))
+    };
+    let inline = format!("[{}]", rows.iter().map(line).collect::<Vec<_>>().join(", "));
+    let table: String = rows.iter().map(|(seconds, theta, v)| format!("{},{theta},{v}\n", at(*seconds))).collect();
+    std::fs::write(folder.path().join("table.csv"), format!("time_s,theta_deg,V\n{table}")).expect("written");
+    let of_table = fit("table.campaign.json", &campaign(r#""table.csv""#.into(), ""));
+    let of_inline = fit("inline.campaign.json", &campaign(inline, ""));
+    for id in ["V0", "d"] {
+        assert_eq!(number(&of_inline, id), number(&of_table, id), "{id}");
+    }
+    let exact = campaign(
+        "[ { \"time_s\": 0, \"theta_deg\": 0, \"V\": 0.5 }, { \"time_s\": 8, \"theta_deg\": 0, \"V\": 2.5 } ]".into(),
+        "",
+    );
+    fit("exact.campaign.json", &exact);
+    std::fs::write(folder.path().join("log.csv"), format!("time_s,V\n{},2.5\n{},21.0\n", at(10), at(90)))
+        .expect("written");
+    let output = tumble(folder.path(), &["apply", "fit.json", "log.csv"]).output().expect("a run");
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let corrected: Vec<(&str, f64)> = text
+        .lines()
+        .skip(1)
+        .map(|line| {
+            (
+                line.split(',').next().expect("a time"),
+                line.rsplit(',').next().expect("a cell").parse().expect("a number"),
+            )
+        })
+        .collect();
+    // 2.5 = 0.5 + 2 a; 21 = 0.5 + 20 + 2 a
+    for ((time, found), (seconds, expected)) in corrected.iter().zip([(10, 1.0), (90, 0.25)]) {
+        assert!(*time == at(seconds) && (found - expected).abs() < 1e-9, "{text}");
+    }
+    assert_eq!(corrected.len(), 2, "{text}");
+    // below written times a number is none
+    let mixed = campaign(format!(r#"[ {}, {{ "time_s": 5, "theta_deg": 0, "V": 1 }} ]"#, line(&rows[0])), "");
+    std::fs::write(folder.path().join("mixed.campaign.json"), mixed).expect("written");
+    let (code, error) = run(folder.path(), &["fit", "mixed.campaign.json"]);
+    assert!(code == Some(1) && error.contains("time_s is not a time"), "{error}");
 }

@@ -245,3 +245,143 @@ fn set_values_have_the_uncertainty_of_their_digits() {
         assert!(u("V") < 2e-4, "{segment}");
     }
 }
+
+/// The report of `noise`, and what is said beside it.
+fn noise(text: &str, more: &[&str]) -> (Value, String) {
+    let folder = tempfile::tempdir().expect("a folder");
+    write(folder.path(), "log.txt", text);
+    let (_, out, error) = tumble(folder.path(), &[&["noise", "log.txt", "--json", "-"], more].concat());
+    (
+        serde_json::from_str(&out).unwrap_or_else(|e| panic!("{e}: {error}")),
+        error.split_whitespace().collect::<Vec<_>>().join(" "),
+    )
+}
+
+/// Times that are not called so are found by a word of their name and values that rise, or by values that rise evenly; which ones is said. All of 100 Hz.
+#[test]
+fn columns_of_times_by_other_names() {
+    let mut random = Pcg64Mcg::seed_from_u64(12);
+    let values: Vec<f64> = (0..1200).map(|_| normal(&mut random)).collect();
+    let ticks = |first: u64, step: u64| move |k: u64| format!("{}", (first + step * k) % (1 << 32));
+    let seconds = |k: u64| format!("{:.6}", 0.01 * k as f64);
+    let day = |k: u64| format!("2026-11-20T09:14:{:06.3}Z", 0.01 * k as f64);
+    type Cell = Box<dyn Fn(u64) -> String>;
+    // where the counter begins anew at 2^32, it does so in the middle
+    let cases: Vec<(&str, &str, Cell)> = vec![
+        ("X_Value", "even steps of 0.010000", Box::new(seconds)),
+        ("seconds_elapsed", "'seconds_elapsed' is taken", Box::new(seconds)),
+        ("__time", "'__time' is taken", Box::new(seconds)),
+        ("LogTime [ms]", "'LogTime [ms]' is taken", Box::new(ticks(0, 10))),
+        ("TimeUS", "'TimeUS' is taken", Box::new(ticks(0, 10_000))),
+        ("SampleTimeFine", "anew at 2^32 1 time", Box::new(ticks((1 << 32) - 60_000, 100))),
+        ("SampleTimeFine", "a logger in us", Box::new(ticks(500, 10_000))),
+        ("time_us", "anew at 2^32 1 time", Box::new(ticks((1 << 32) - 6_000_000, 10_000))),
+        ("loggedAt", "", Box::new(day)),
+    ];
+    for (title, said, cell) in cases {
+        let rows: String = values.iter().enumerate().map(|(k, v)| format!("{k},{},{v:.4}\n", cell(k as u64))).collect();
+        let (report, notes) = noise(&format!("No,{title},y\n{rows}"), &["--columns", "y"]);
+        let interval = report["interval_s"].as_f64().expect("an interval");
+        assert!((interval - 0.01).abs() < 1e-6, "{title}: {interval}; {notes}");
+        assert!(notes.contains(said) && !notes.contains("gap"), "{title}: {notes}");
+    }
+    // numbers of rows, an angle, and values that scatter are no times
+    for title in ["No,n", "No,angle_deg", "No,V", "No,settling_time"] {
+        let is_angle = title.ends_with("deg");
+        let cell = |k: usize, v: f64| match title {
+            "No,n" => k.to_string(),
+            _ if is_angle => (0.5 * k as f64).to_string(),
+            _ => v.to_string(),
+        };
+        let rows: String = values.iter().enumerate().map(|(k, v)| format!("{k},{},{v}\n", cell(k, *v))).collect();
+        let folder = tempfile::tempdir().expect("a folder");
+        write(folder.path(), "log.csv", &format!("{title},y\n{rows}"));
+        let (code, _, error) = tumble(folder.path(), &["noise", "log.csv"]);
+        assert!(code == 1 && error.contains("no column of times"), "{title}: {error}");
+    }
+}
+
+/// A mark that may be a decimal one or part thousands is said; cells that are no numbers are no silent nothing.
+#[test]
+fn what_is_doubtful_of_numbers_is_said() {
+    let rows = |cell: &dyn Fn(usize) -> String, delimiter: char| -> String {
+        (0..200).map(|k| format!("{k}{delimiter}{}\n", cell(k * 7919 % 41))).collect()
+    };
+    for (delimiter, mark, is_said) in [('\t', ',', true), (';', '.', true), (';', ',', true), (',', '.', false)] {
+        let text = format!("time_s{delimiter}V\n{}", rows(&|k| format!("21{mark}{:03}", 100 + k), delimiter));
+        assert_eq!(noise(&text, &[]).1.contains("read as the decimal mark"), is_said, "{delimiter:?} {mark:?}");
+        let text = format!("time_s{delimiter}V\n{}", rows(&|k| format!("0{mark}{:03}", 100 + k), delimiter));
+        assert!(!noise(&text, &[]).1.contains("read as the decimal mark"), "{delimiter:?} {mark:?}");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    for cell in ["V", "%", "x1F"] {
+        write(folder.path(), "log.csv", &format!("time_s,V\n{}", rows(&|k| format!("{k}{cell}"), ',')));
+        let (code, _, error) = tumble(folder.path(), &["noise", "log.csv"]);
+        assert!(
+            code == 1 && error.contains("holds numbers") && error.contains(&format!("'0{cell}' in 'V'")),
+            "{error}"
+        );
+    }
+}
+
+/// A channel that is sampled in some of the rows alone, and one whose rows stand among those of another, have their own sampling interval: white noise of standard
+/// deviation s at intervals of T has N = s sqrt(T).
+#[test]
+fn slower_channels_among_the_rows() {
+    let mut random = Pcg64Mcg::seed_from_u64(13);
+    let (mut every_tenth, mut between) = (String::from("time_s,V,T\n"), String::from("time_s,V,T\n"));
+    for k in 0..8000 {
+        let (time, v) = (0.01 * f64::from(k), 0.02 * normal(&mut random));
+        let slow = format!("{:.6}", 0.5 * normal(&mut random));
+        every_tenth += &format!("{time:.3},{v:.6},{}\n", if k % 10 == 0 { &slow } else { "" });
+        between += &format!("{time:.3},{v:.6},\n");
+        if k % 4 == 0 {
+            between += &format!("{:.3},,{slow}\n", time + 0.003);
+        }
+    }
+    for (text, slow) in [(every_tenth, 0.1_f64), (between, 0.04)] {
+        let (report, notes) = noise(&text, &[]);
+        for (column, (sd, interval)) in [(0.02_f64, 0.01_f64), (0.5, slow)].into_iter().enumerate() {
+            let own = &report["columns"][column];
+            let all = own["coefficients"].as_array().expect("coefficients");
+            let n = all.iter().find(|own| own["id"] == "N").and_then(|own| own["value"].as_f64());
+            let expected = sd * interval.sqrt();
+            // the standard deviation of 800 samples is known to 2.5 %, and four of them
+            assert!((n.expect("N") / expected - 1.0).abs() < 0.1, "{own} {expected}; {notes}");
+        }
+        assert!(notes.contains("this is its sampling interval"), "{notes}");
+    }
+}
+
+/// A unit that is not known is said, and one of a title stays whatever the others are.
+#[test]
+fn units_of_noise() {
+    let rows: String = (0..200).map(|k| format!("{k},{},{}\n", k * 7919 % 41, k * 7907 % 43)).collect();
+    let text = format!("time_s,V (foo),a [m/s^2]\n{rows}");
+    let (report, notes) = noise(&text, &["--unit", "deg/s"]);
+    assert!(notes.contains("'foo' in the title 'V (foo)' is not a known unit"), "{notes}");
+    assert_eq!(report["columns"][1]["unit"], "m/s^2");
+    let folder = tempfile::tempdir().expect("a folder");
+    write(folder.path(), "log.csv", &text);
+    let (code, _, error) = tumble(folder.path(), &["noise", "log.csv", "--unit", "bar/foo"]);
+    assert!(code == 1 && error.contains("--unit"), "{error}");
+}
+
+/// A column of labels is one of texts where some rows have none, and no channel.
+#[test]
+fn labels_that_are_missing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rows = |cell: &str| -> String {
+        (0..600)
+            .map(|k| {
+                format!("{:.2},{},{}\n", 0.01 * f64::from(k), if k % 200 < 100 { cell } else { "" }, k * 7919 % 41)
+            })
+            .collect()
+    };
+    for (cell, is_channel) in [("p", false), ("7", true)] {
+        write(folder.path(), "log.csv", &format!("t,label,a\n{}", rows(cell)));
+        write(folder.path(), "times.csv", "start_s,end_s\n0,0.9\n");
+        let (code, out, error) = tumble(folder.path(), &["reduce", "log.csv", "--times", "times.csv", "--json", "-"]);
+        assert!(code == 0 && out.contains("\"a\"") && out.contains("\"label\"") == is_channel, "{cell}: {error} {out}");
+    }
+}

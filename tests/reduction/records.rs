@@ -70,6 +70,19 @@ fn numbers_as_people_write_them() {
         &["t", "V"],
         &[&[0.0, 1.0, 2.0, 3.0], &[1.0, f64::NAN, f64::NAN, f64::NAN]],
     );
+    // of comma and point the one that is no decimal mark groups where it stands twice, or before a decimal mark
+    for text in [
+        "t;V\n0,5;1.234.567,8\n1,5;-2.345,6\n",
+        "t\tV\n0.5\t1,234,567.8\n1.5\t-2,345.6\n",
+        "t,V\n0.5,\"1,234,567.8\"\n1.5,\"-2,345.6\"\n",
+    ] {
+        check(text.into(), &["t", "V"], &[&[0.5, 1.5], &[1_234_567.8, -2345.6]]);
+    }
+    check("t;V\n1;1.234.567\n2;-2.345.678\n".into(), &["t", "V"], &[&[1.0, 2.0], &[1_234_567.0, -2_345_678.0]]);
+    // alone it may be the other decimal mark
+    for text in ["t;V\n0,5;1,5\n1,5;20.998\n", "t\tV\n0.5\t1.5\n1.5\t20,998\n", "t;V\n0,5;1,5\n1,5;1234.567.890,5\n"] {
+        assert!(read(text.into()).is_err(), "{text}");
+    }
     for text in ["t;V\n1 00;1,5\n2;2,5\n", "t;V\n1;1,5\n1'0000;2,5\n", "t;V\n1;1,5\n2;1 5\n"] {
         assert!(read(text.into()).is_err(), "{text}");
     }

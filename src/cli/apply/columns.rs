@@ -6,7 +6,7 @@ use crate::cli::rows::{Column, Columnar, Kind, numbers};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
 use crate::number;
-use crate::record::{As, Block, Record, UNREADABLE, Written, decimal};
+use crate::record::{As, Block, Record, UNREADABLE, Written, WrittenTimes, decimal};
 use crate::units::Conversion;
 use parquet::basic::{Compression, LogicalType, Repetition};
 use parquet::data_type::ByteArray;
@@ -26,6 +26,16 @@ struct Source {
     kept: Vec<(As, Whole)>,
     /// The columns that are read, each once.
     read: Vec<usize>,
+    /// For each given input, how its column says times, as in the readings of a campaign.
+    times: Vec<Times>,
+}
+
+/// How a column says times: since the first of them, where they are written or instants.
+enum Times {
+    /// As any number.
+    Numbers,
+    Instants(Option<f64>),
+    Written(WrittenTimes),
 }
 
 impl Source {
@@ -35,7 +45,15 @@ impl Source {
         let titles: Vec<String> = record.columns().iter().map(|column| column.title.clone()).collect();
         let plan = plan(correction.arguments, correction.calibration, record.columns())
             .map_err(|error| error.at_line(record.title_line(), 0).in_file(record.name()))?;
-        let numbers = plan.sensors.iter().copied().chain(plan.given.iter().flatten().map(|(column, _)| *column));
+        let of_times = |from: &Option<(usize, Conversion)>| match from {
+            Some((k, _)) if record.is_text(*k) => Times::Written(WrittenTimes::default()),
+            Some((k, _)) if record.is_of_times(*k) => Times::Instants(None),
+            _ => Times::Numbers,
+        };
+        let times = plan.given.iter().map(of_times).collect();
+        // texts are read as what is kept of them
+        let given = plan.given.iter().flatten().map(|(column, _)| *column).filter(|k| !record.is_text(*k));
+        let numbers = plan.sensors.iter().copied().chain(given);
         let mut wanted: Vec<(usize, As)> = Vec::new();
         for column in numbers {
             if !wanted.iter().any(|(other, _)| *other == column) {
@@ -53,7 +71,8 @@ impl Source {
         let kept = |k: &usize| (kind(k), record.whole(*k).filter(|_| kind(k) == As::Written));
         let kept = plan.kept.iter().map(kept).collect();
         record.select(&wanted);
-        Ok(Source { record, titles, plan, kept, read: wanted.into_iter().map(|(column, _)| column).collect() })
+        let read = wanted.into_iter().map(|(column, _)| column).collect();
+        Ok(Source { record, titles, plan, kept, read, times })
     }
 
     /// Titles of all columns that are written.
@@ -84,15 +103,53 @@ impl Source {
             let column =
                 |k: usize| block.columns.at(self.read.iter().position(|other| *other == k).unwrap_or(usize::MAX));
             let sensors: Vec<&[f64]> = plan.sensors.iter().map(|k| column(*k)).collect();
-            let inputs: Vec<Option<(&[f64], Conversion)>> =
-                plan.given.iter().map(|from| from.map(|(k, conversion)| (column(k), conversion))).collect();
             let kept: Vec<&[f64]> = plan.kept.iter().map(|k| column(*k)).collect();
+            let texts = Texts { labels: self.record.labels(), written: &block.written };
+            let mut inputs: Vec<Option<(Cow<'_, [f64]>, Conversion)>> = Vec::with_capacity(plan.given.len());
+            for (from, times) in plan.given.iter().zip(&mut self.times) {
+                let Some((k, conversion)) = *from else {
+                    inputs.push(None);
+                    continue;
+                };
+                let values = match times {
+                    Times::Numbers => Cow::Borrowed(column(k)),
+                    Times::Instants(first) => {
+                        *first = first.or_else(|| column(k).iter().copied().find(|time| !time.is_nan()));
+                        let first = first.unwrap_or(f64::NAN); // no time at all so far
+                        Cow::Owned(column(k).iter().map(|time| time - first).collect())
+                    }
+                    Times::Written(clock) => {
+                        let kind =
+                            plan.kept.iter().zip(&self.kept).find(|(other, _)| **other == k).map(|(_, kind)| kind);
+                        let seconds = |(row, number): (usize, &f64)| {
+                            let text = kind.map_or(Cow::default(), |kind| texts.cell(kind, *number));
+                            let text = String::from_utf8_lossy(&text);
+                            match clock.since_first(&text) {
+                                _ if text.trim().is_empty() => Ok(f64::NAN),
+                                Some(time) => Ok(time),
+                                None => Err(Malformed::new(
+                                    Fault::Value,
+                                    format!(
+                                        "'{}' is neither a number nor a time",
+                                        self.titles.get(k).map_or("", String::as_str)
+                                    ),
+                                )
+                                .expected("a number, or a time such as 2026-11-20T09:14:03.25")
+                                .found(format!("'{text}' in row {}", counts.rows + row as u64 + 1))
+                                .in_file(self.record.name())),
+                            }
+                        };
+                        Cow::Owned(column(k).iter().enumerate().map(seconds).collect::<Result<_>>()?)
+                    }
+                };
+                inputs.push(Some((values, conversion)));
+            }
             for row in 0..block.rows() {
                 for ((to, column), conversion) in readings.iter_mut().zip(&sensors).zip(&plan.conversions) {
                     *to = conversion.map_or(column.at(row), |conversion| conversion.apply(column.at(row)));
                 }
                 for (value, from) in given.iter_mut().zip(&inputs) {
-                    *value = from.map_or(*value, |(column, conversion)| conversion.apply(column.at(row)));
+                    *value = from.as_ref().map_or(*value, |(column, conversion)| conversion.apply(column.at(row)));
                 }
                 let (values, converged) = correction.row(&readings, &given);
                 counts.rows += 1;
@@ -104,7 +161,7 @@ impl Source {
                 }
                 corrected.iter_mut().zip(&values).for_each(|(to, value)| to.push(*value));
             }
-            take(&kept, &corrected, &Texts { labels: self.record.labels(), written: &block.written })?;
+            take(&kept, &corrected, &texts)?;
             self.record.forget_labels();
         }
         Ok(())

@@ -56,10 +56,8 @@ pub(super) fn proposed(bench: &Bench, columns: &[Column]) -> Vec<Option<String>>
     let keys = keys(bench);
     let alike = |a: &str, b: &str| a.eq_ignore_ascii_case(b);
     let converts = |column: &Column, unit: &str| {
-        Unit::parse(unit).is_ok_and(|wanted| {
-            let unit = column.unit_for(Some(&wanted)).and_then(|unit| Unit::parse(&unit).ok());
-            unit.is_some_and(|unit| unit.conversion(&wanted).is_some())
-        })
+        let said = |wanted: &Unit| column.unit_for(Some(wanted)).is_some_and(|unit| wanted.is_said_by(&unit));
+        Unit::parse(unit).is_ok_and(|wanted| said(&wanted))
     };
     let state = |joint: &str, column: &Column| {
         [("deg/s", "_deg_s"), ("deg", "_deg")]
@@ -292,10 +290,7 @@ pub(super) fn complete(
     // of two thermometers no one is taken unasked
     for key in bench.sensors.iter().flat_map(|sensor| sensor.model.names()).filter(|key| !has(key)) {
         let Some(wanted) = units::of_column(key).and_then(|unit| Unit::parse(&unit).ok()) else { continue };
-        let could_be = |column: &&Column| {
-            let unit = column.unit.as_deref().and_then(|unit| Unit::parse(unit).ok());
-            unit.is_some_and(|unit| unit.conversion(&wanted).is_some())
-        };
+        let could_be = |column: &&Column| column.unit.as_deref().is_some_and(|unit| wanted.is_said_by(unit));
         if columns.iter().filter(could_be).count() > 1 {
             return missing(
                 format!("'{key}' of a model line, for which several columns are possible"),
