@@ -15,7 +15,8 @@
 
 use super::inference::LeftOut;
 use super::pattern::ByRow;
-use super::problem::{Ended, Limits, Problem};
+use super::problem::{Ended, Problem};
+use super::restricted::Limits;
 use super::{Felt, ScatterLine};
 use crate::error::Result;
 use crate::estimate::fold::triangle_of;
@@ -191,7 +192,7 @@ impl<'a> Problem<'a> {
         // at the edge of what is a covariance, rounding decides: then all rows do
         let Some(point) = self.at(self.lines, &ended.theta)? else { return self.solve(start, limits) };
         self.state = small.state;
-        let inference = self.inference(&point);
-        Ok(Ended { point, inference, ..ended })
+        let likelihood = self.likelihood(self.lines, &point, &ended.theta)?;
+        Ok(Ended { point, likelihood, ..ended })
     }
 }

@@ -20,11 +20,11 @@
 //! | `pattern.rs` | which rows share deviations, and the order in which fronts take them out |
 //! | `elimination.rs` | the orthogonal transformations, forwards and backwards |
 //! | `floor.rs` | rows made independent for others: a diagnosis, a plan |
-//! | `inference.rs` | what each component contributes (squares, redundancy, information), and what it costs to estimate it |
-//! | `problem.rs` | components, the adjustment at given variances, and the steps to the variances |
+//! | `inference.rs` | what whitened rows say of each component: the sums of the likelihood |
+//! | `problem.rs` | components, the adjustment at given variances, and the way to the variances |
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `chain.rs` | a filter along time, with derivatives by the noise |
-//! | `restricted.rs` | the likelihood of parts of the rows, and Newton's way to its top |
+//! | `restricted.rs` | the likelihood and what it costs to estimate variances, from sums of either kind; the way to its top |
 //! | `time.rs` | noise that is correlated in time |
 //! | `mixture.rs` | the unknowns over the whole likelihood, where its top says nothing of some |
 //! | `conclude.rs` | the adjustment with what was found; variances that no residual shows, though unknowns follow them |
