@@ -94,6 +94,7 @@ pub(crate) fn scattered_with(
         sensitivities: own.sensitivities,
         standardized: own.standardized,
         redundancy: own.redundancy,
+        alone: own.alone,
         mixture: mixture.transpose()?,
         ..told.clone()
     })
@@ -188,6 +189,7 @@ fn conclude(
         true => likelihood,
         false => problem.likelihood(problem.lines, &point, &theta)?,
     };
+    problem.times.clear();
     let directions = point.estimate.factor.whitened_directions();
     let (spread, correction) = match along {
         Some(along) => along.costs(likelihood.gradient.len(), &leaning),
@@ -263,6 +265,7 @@ fn conclude(
         sensitivities,
         standardized: [carried.rows.col_as_slice(rank), carried.deviations.col_as_slice(rank)].concat(),
         redundancy: point.whitening.redundancies(point.estimate.factor.thin_q()),
+        alone: problem.alone(&point.whitening, &theta),
         deviance: point.deviance,
         estimate: point.estimate,
         whitening: point.whitening,
@@ -319,6 +322,26 @@ impl Absorbed {
 }
 
 impl Problem<'_> {
+    /// See [`Scattered::alone`].
+    fn alone(&self, whitening: &Whitening, theta: &[f64]) -> Vec<(usize, f64)> {
+        let mut alone: Vec<(usize, f64)> = whitening.sd().iter().copied().enumerate().collect();
+        let lines = self.lines.iter().zip(&self.pattern.first).zip(self.variances(theta));
+        for ((line, start), variance) in lines.filter(|((line, _), variance)| line.memory.is_none() && *variance > 0.0)
+        {
+            let mut rows = vec![0_usize; line.levels()];
+            line.felt.iter().for_each(|felt| rows[felt.level] += 1);
+            for felt in line.felt.iter().filter(|felt| rows[felt.level] == 1) {
+                let own = (whitening.rows() + start + felt.level, felt.by * variance.sqrt());
+                alone
+                    .get_mut(felt.row)
+                    .into_iter()
+                    .filter(|slot| slot.1.abs() < own.1.abs())
+                    .for_each(|slot| *slot = own);
+            }
+        }
+        alone
+    }
+
     /// For each line, what is not known for want of its variance: of those that are not among the components `kept`.
     pub(super) fn absorbed(&self, kept: &[usize]) -> Result<Vec<Option<Absorbed>>> {
         let missing = |own: &Option<usize>| own.filter(|c| !kept.contains(c));

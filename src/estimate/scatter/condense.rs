@@ -178,12 +178,6 @@ impl<'a> Problem<'a> {
         Ok(small)
     }
 
-    /// [`Problem::solve`] on fewer rows where that is possible, for the variances and the deviance alone.
-    pub fn search(&mut self, start: &[f64], limits: Limits) -> Result<Ended> {
-        let Some(fewer) = Condensed::new(self) else { return self.solve(start, limits) };
-        self.on(&fewer, start.len() != self.members.count)?.solve(start, limits)
-    }
-
     /// [`Problem::solve`] on fewer rows where that is possible; the adjustment and what is inferred from it are those of all rows.
     pub fn solve_all(&mut self, start: &[f64], limits: Limits) -> Result<Ended> {
         let Some(fewer) = Condensed::new(self) else { return self.solve(start, limits) };

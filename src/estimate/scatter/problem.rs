@@ -14,6 +14,8 @@ use std::borrow::Cow;
 
 /// A variance this small beside the noise of what feels it cannot be seen.
 pub(super) const UNSEEN: f64 = 1e-9;
+/// This many times the least variance is seen: the square of its share of the noise is a hundred million epsilons, and it changes what others tell by a ten-thousandth.
+const SEEN: f64 = 1e5;
 /// A component is separated from others where at least this much of its information is its own.
 pub(super) const SEPARATED: f64 = 1e-8;
 /// Levels of all lines together, at most.
@@ -321,9 +323,15 @@ impl Problem<'_> {
         };
         let mut ended = self.iterate(ended, limits)?;
         let zero: Vec<usize> = self.component.iter().flatten().copied().filter(|c| ended.at_floor[*c]).collect();
-        for c in &zero {
-            let spread = (2.0 / ended.likelihood.expected[(*c, *c)]).sqrt();
-            ended.could_be[*c] = Some((ended.theta[*c].abs() * spread).sqrt()).filter(|sd| sd.is_finite());
+        if !zero.is_empty() {
+            // what is told of a variance at its floor is less than rounding
+            let mut above = ended.theta.clone();
+            zero.iter().for_each(|c| above[*c] *= SEEN);
+            let expected = self.likelihood(self.lines, &self.at_or_fail(&above)?, &above)?.expected;
+            for c in &zero {
+                let sd = (above[*c].abs() * (2.0 / expected[(*c, *c)]).sqrt()).sqrt();
+                ended.could_be[*c] = Some(sd).filter(|sd| sd.is_finite());
+            }
         }
         if !zero.is_empty() && ended.converged && self.pattern.is_simple {
             ended = self.below_zero(ended, &zero, limits)?;
@@ -366,7 +374,10 @@ impl Problem<'_> {
             hill.climb(start.collect(), found, &movable)?;
         let floors = range(&at);
         // released where the likelihood grows upwards
-        let is_at_floor = |g: usize| at[g] <= floors[g].0 + AT_END && likelihood.gradient[g] >= 0.0;
+        let is_at_floor = |g: usize| {
+            let is_low = at[g] <= floors[g].0 + AT_END || (g >= self.groups && likelihood.is_unseen(g));
+            is_low && likelihood.gradient[g] >= 0.0
+        };
         let at_floor = (0..count).map(|g| ended.kept.contains(&g) && is_at_floor(g)).collect();
         let times = at[count..].iter().map(|x| x.exp()).collect();
         Ok(Ended { theta: theta(&at), times, point, likelihood, at_floor, iterations, converged, ..ended })

@@ -215,7 +215,7 @@ impl NoiseModel {
         let all: Vec<usize> = (0..at.len()).collect();
         let Climbed { at, found: (found, ()), iterations, converged } = hill.climb(at, found, &all)?;
         let times = self.times();
-        let unseen = |k: usize| !times.contains(&k) && found.redundancy[k] <= ZERO;
+        let unseen = |k: usize| !times.contains(&k) && found.is_unseen(k);
         let beyond = |k: usize| at[k] <= self.range[k].0 || at[k] >= self.range[k].1;
         let at_end = (0..at.len()).map(|k| beyond(k) || unseen(k)).collect();
         Ok(Top { at, found, at_end, iterations, converged })
@@ -409,6 +409,11 @@ impl Likelihood {
             forms,
             second: seconds,
         })
+    }
+
+    /// Is this variance as good as zero?
+    pub(super) fn is_unseen(&self, k: usize) -> bool {
+        self.redundancy[k].abs() <= ZERO
     }
 
     /// Fisher's or Newton's step on some of the parameters.

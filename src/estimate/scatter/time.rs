@@ -12,7 +12,7 @@ use super::chain::{Chain, Part, TimeNoise};
 use super::inference;
 use super::problem::{Ended, FULL, Point, Problem, UNSEEN};
 use super::restricted::{Limits, NEWTON_STEPS, NoiseModel, PartNoise, Slot, Sums, Top};
-use super::{LineState, Pattern, ScatterLine, Whitening};
+use super::{LineState, ScatterLine, Whitening};
 use crate::elements::Elements;
 use crate::error::Result;
 use faer::Mat;
@@ -423,7 +423,7 @@ impl Problem<'_> {
             let mut best: Option<(f64, f64)> = None;
             for x in spaced(*range, LOOK) {
                 set(&mut lines, *k, x.exp());
-                let ended = self.again(self.system, &lines)?.search(&start, SEARCH)?;
+                let ended = self.again(self.system, &lines)?.solve_all(&start, SEARCH)?;
                 // a start at zero would stay there
                 let usable = ended.converged && !ended.at_floor.contains(&true) && ended.theta.iter().all(|t| *t > 0.0);
                 if best.is_none_or(|(least, _)| ended.point.deviance < least) {
@@ -463,7 +463,7 @@ impl Problem<'_> {
         let mut white = Mat::zeros(q.nrows(), columns);
         for k in 0..columns {
             let back = whitening.carry_back(column(k));
-            let own = lean(&lines[line], &self.pattern, self.pattern.first[line], self.variances(theta)[line], &back);
+            let own = lean(&lines[line], self.variances(theta)[line], &back);
             white.col_as_slice_mut(k).copy_from_slice(&whitening.whiten(&own));
         }
         let gram = Mat::from_fn(columns, columns, |a, b| -crate::linear::dot(column(a), white.col_as_slice(b)));
@@ -488,43 +488,15 @@ impl Problem<'_> {
     }
 }
 
-/// `tau dV/dtau y` of a line whose deviations begin at `start`: central differences of the correlations, in two passes along each chain.
-fn lean(line: &ScatterLine, pattern: &Pattern, start: usize, variance: f64, values: &[f64]) -> Vec<f64> {
-    const STEP: f64 = 1e-4;
+/// `tau dV/dtau y` of a line.
+fn lean(line: &ScatterLine, variance: f64, values: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; values.len()];
-    let Some(memory) = &line.memory else { return out };
-    let Some(tau) = memory.tau else { return out };
-    let levels = line.levels();
-    let mut felt = vec![0.0; levels];
-    line.felt.iter().filter(|f| f.row < values.len()).for_each(|f| felt[f.level] += f.by * values[f.row]);
-    let at = |l: usize| memory.time.at(l);
-    let before = |l: usize| pattern.before[start + l].map(|d| d - start);
-    let mut order: Vec<usize> = (0..levels).collect();
-    // one run where none are told apart
-    let run = |l: usize| memory.run.get(l).copied().unwrap_or(0);
-    order.sort_by(|a, b| run(*a).cmp(&run(*b)).then(at(*a).total_cmp(&at(*b))));
-    let correlated = |tau: f64| -> Vec<f64> {
-        let mut sum = felt.clone();
-        let left = |l: usize| before(l).map(|b| (b, (-(at(l) - at(b)).abs() / tau).exp()));
-        let (mut forward, mut backward) = (felt.clone(), felt.clone());
-        for l in &order {
-            if let Some((b, rho)) = left(*l) {
-                let came = rho * forward[b];
-                forward[*l] += came;
-                sum[*l] += came;
-            }
-        }
-        for l in order.iter().rev() {
-            if let Some((b, rho)) = left(*l) {
-                let came = rho * backward[*l];
-                backward[b] += came;
-                sum[b] += came;
-            }
-        }
-        sum
-    };
-    let (more, less) = (correlated(tau * STEP.exp()), correlated(tau * (-STEP).exp()));
-    let slope: Vec<f64> = more.iter().zip(&less).map(|(a, b)| variance * (a - b) / (2.0 * STEP)).collect();
-    line.felt.iter().filter(|f| f.row < values.len()).for_each(|f| out[f.row] += f.by * slope[f.level]);
+    let Some((memory, tau)) = line.memory.as_ref().and_then(|memory| Some((memory, memory.tau?))) else { return out };
+    let (felt, order) = (line.gathered(values), memory.order(line.levels()));
+    let before = memory.carried(&felt, tau, order.iter());
+    let after = memory.carried(&felt, tau, order.iter().rev());
+    for own in line.felt.iter().filter(|own| own.row < values.len()) {
+        out[own.row] += own.by * variance * (before[own.level].1 + after[own.level].1);
+    }
     out
 }
