@@ -331,7 +331,8 @@ impl Problem<'_> {
             let mut rows = vec![0_usize; line.levels()];
             line.felt.iter().for_each(|felt| rows[felt.level] += 1);
             for felt in line.felt.iter().filter(|felt| rows[felt.level] == 1) {
-                let own = (whitening.rows() + start + felt.level, felt.by * variance.sqrt());
+                // its own row has 0 - d: what adds to the row takes off there
+                let own = (whitening.rows() + start + felt.level, -felt.by * variance.sqrt());
                 alone
                     .get_mut(felt.row)
                     .into_iter()

@@ -211,7 +211,7 @@ pub struct Scattered {
     /// Redundancy number of each row; then of each deviation.
     pub redundancy: Vec<f64>,
     /// For each row, where the larger of its own noise and of the deviations that no other row feels stands in these two lists, and its standard deviation in the
-    /// row: a fault of the row alone is a fault of that.
+    /// row, negative where an error there has the other sign: a fault of the row alone is a fault of that.
     pub alone: Vec<(usize, f64)>,
     /// `-2` times the logarithm of the restricted likelihood, without constants.
     pub deviance: f64,

@@ -435,7 +435,7 @@ impl Problem<'_> {
         }
         let mut problem = self.again(self.system, &lines)?;
         problem.times = open.to_vec();
-        let Ended { theta, times, likelihood, kept, at_floor, .. } = problem.solve(&start, SEARCH)?;
+        let Ended { theta, times, likelihood, kept, at_floor, .. } = problem.solve(&start, FULL)?;
         let count = self.members.count;
         let inside = |j: &usize| times[*j].ln() > ranges[*j].0 && times[*j].ln() < ranges[*j].1;
         let free = kept.into_iter().filter(|c| !at_floor[*c]);
