@@ -369,7 +369,8 @@ impl Problem<'_> {
         let start = ended.theta.iter().map(|theta| theta.abs().ln()).chain(ended.times.iter().map(|tau| tau.ln()));
         let found = (ended.likelihood, ended.point);
         let alike = |a: &Point, b: &Point| a.basis == b.basis;
-        let mut hill = Hill { range: &range, look: &mut look, alike: &alike, scoring: true, limits };
+        let scoring = self.times.is_empty();
+        let mut hill = Hill { range: &range, look: &mut look, alike: &alike, scoring, limits };
         let Climbed { at, found: (likelihood, point), iterations, converged } =
             hill.climb(start.collect(), found, &movable)?;
         let floors = range(&at);

@@ -293,6 +293,8 @@ impl<T> Hill<'_, T> {
     /// Errors: those of `look`.
     pub fn climb(&mut self, mut at: Vec<f64>, mut found: (Likelihood, T), movable: &[usize]) -> Result<Climbed<T>> {
         let (mut iterations, mut converged, mut before) = (0, movable.is_empty(), f64::INFINITY);
+        // where second derivatives are those of the average information steps may be too long each time: by how much, the slopes along the last one say
+        let (mut part, mut taken) = (1.0_f64, None::<(Vec<f64>, f64)>);
         'steps: while !converged && iterations < self.limits.steps {
             crate::stop::poll();
             iterations += 1;
@@ -312,8 +314,13 @@ impl<T> Hill<'_, T> {
                 break;
             }
             before = largest;
+            let along =
+                |step: &[f64]| -> f64 { step.iter().zip(&likelihood.gradient).map(|(x, slope)| x * slope).sum() };
+            if let Some((step, slope)) = taken.take().filter(|(step, slope)| *slope < along(step)) {
+                part = (part * slope / (slope - along(&step))).clamp(0.1, 1.0);
+            }
             // a step of Fisher's has its bounds
-            let mut share = if self.scoring { 1.0 } else { (LONGEST / largest).min(1.0) };
+            let mut share = if self.scoring { 1.0 } else { part * (LONGEST / largest).min(1.0) };
             loop {
                 let mut trial = at.clone();
                 for (k, x) in open.iter().zip(&step) {
@@ -322,6 +329,10 @@ impl<T> Hill<'_, T> {
                 let room = 1e-10 * (1.0 + found.0.deviance.abs());
                 match (self.look)(&trial)? {
                     Some(there) if there.0.deviance <= found.0.deviance + room || !(self.alike)(&there.1, &found.1) => {
+                        let moved: Vec<f64> =
+                            trial.iter().zip(&at).map(|(to, from)| if to == from { 0.0 } else { to - from }).collect();
+                        let slope = moved.iter().zip(&found.0.gradient).map(|(x, slope)| x * slope).sum();
+                        taken = Some((moved, slope));
                         (at, found) = (trial, there);
                         break;
                     }
