@@ -97,6 +97,12 @@ pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
     (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
 }
 
+/// The logarithm of a sum whose terms have these logarithms.
+pub(crate) fn log_sum(values: &[f64]) -> f64 {
+    let most = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    if most.is_finite() { most + values.iter().map(|v| (v - most).exp()).sum::<f64>().ln() } else { most }
+}
+
 /// A list in random order (Fisher and Yates).
 pub(crate) fn shuffle<T>(list: &mut [T], rng: &mut rand_pcg::Pcg64Mcg) {
     for k in (1..list.len()).rev() {

@@ -15,6 +15,7 @@
 
 use super::factor::{Apart, Factor, Reach};
 use crate::linear::dot as product;
+use crate::number::log_sum;
 use crate::uncertainty::quantiles::ln_gamma;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
@@ -871,7 +872,7 @@ impl Score {
                 deviations.push(Deviation { kernel: place, ratio: t * t, variance, probability });
             }
         }
-        let all = ln_sum(&deviations.iter().map(|d| d.probability).collect::<Vec<_>>());
+        let all = log_sum(&deviations.iter().map(|d| d.probability).collect::<Vec<_>>());
         deviations.iter_mut().for_each(|d| d.probability = (d.probability - all).exp());
         deviations.retain(|d| d.probability > 1e-9);
         deviations
@@ -892,7 +893,7 @@ impl Score {
             this.integral(kernel, set).map_or(f64::NEG_INFINITY, |(value, _)| value + this.kernel_prior(kernel))
         };
         let all: Vec<f64> = (0..self.kernels.len()).map(|kernel| value(self, kernel)).collect();
-        all.split_first().map_or(f64::NEG_INFINITY, |(none, others)| ln_sum(others) - none)
+        all.split_first().map_or(f64::NEG_INFINITY, |(none, others)| log_sum(others) - none)
     }
 
     /// One set, solved with nothing but what it needs; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
@@ -1263,7 +1264,7 @@ impl Score {
                 let outside = remainders.iter().map(|[a, b, c]| a + b * t + c * t * t);
                 let class: Vec<f64> = values.iter().filter(|(is_own, _)| *is_own).map(|(_, value)| *value).collect();
                 let all: Vec<f64> = values.iter().map(|(_, value)| *value).chain(outside).chain([nothing]).collect();
-                (ln_sum(&class) - ln_sum(&all)).exp()
+                (log_sum(&class) - log_sum(&all)).exp()
             };
             // what is not named from thirty standard uncertainties on never is
             let (mut low, mut high) = (1.0, 30.0);
@@ -1410,7 +1411,7 @@ impl Score {
     pub fn overrule(&mut self, judged: impl IntoIterator<Item = (Vec<u16>, f64)>) {
         for (set, value) in judged {
             let each = self.values(&set);
-            let shift = value - ln_sum(&each);
+            let shift = value - log_sum(&each);
             for (kernel, at) in each.into_iter().enumerate() {
                 // for a set that is judged only at its solution no remainder is known here
                 let at = if shift == f64::INFINITY && kernel == 0 { value } else { at + shift };
@@ -1425,14 +1426,14 @@ impl Score {
     /// Places in the bank of the kernels that matter given a set.
     pub fn kernels_given(&mut self, set: &[u16]) -> Vec<usize> {
         let values = self.values(set);
-        let least = ln_sum(&values) + NEGLIGIBLE.ln();
+        let least = log_sum(&values) + NEGLIGIBLE.ln();
         let near = self.kernels.iter().zip(values).filter(|(_, value)| *value >= least);
         near.filter_map(|(kernel, _)| kernel.place).collect()
     }
 
     /// ln of the sum over kernels of one set.
     pub fn of(&mut self, set: &[u16]) -> f64 {
-        ln_sum(&self.values(set))
+        log_sum(&self.values(set))
     }
 
     /// ln p of a set with each kernel.
@@ -1455,11 +1456,6 @@ fn key(kernel: usize, set: &[u16]) -> (u16, Rc<[u16]>) {
     let mut set = set.to_vec();
     set.sort_unstable();
     (kernel as u16, set.into())
-}
-
-fn ln_sum(values: &[f64]) -> f64 {
-    let top = values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
-    if top.is_finite() { top + values.iter().map(|v| (v - top).exp()).sum::<f64>().ln() } else { top }
 }
 
 /// A remainder: a kernel of the bank, or none, at one size.

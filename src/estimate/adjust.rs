@@ -246,7 +246,7 @@ impl Estimate {
         };
         let found = model.likelihood(&vec![0.0; count], &parts)?;
         let among: Vec<usize> = (0..count).filter(|g| found.redundancy[*g] > groups::NO_REDUNDANCY).collect();
-        let (relative, correction) = found.costs(&model, &among);
+        let (relative, correction) = found.costs(Some(&model), &among);
         let directions = self.factor.whitened_directions();
         let correction = &directions * correction * directions.transpose();
         let finite =

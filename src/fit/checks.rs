@@ -71,7 +71,10 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
         .filter_map(|i| {
             // deviations that are shared are taken out of the residuals
             let (v, r) = match scattered {
-                Some(found) => (*found.standardized.get(i)?, found.redundancy.get(i)?),
+                Some(found) => {
+                    let (place, sd) = found.alone.get(i)?;
+                    (found.standardized.get(*place)? * sd.signum(), found.redundancy.get(*place)?)
+                }
                 None => (estimate.residuals.get(i)? / u.at(i), estimate.redundancy.get(i)?),
             };
             (*r > 1e-6).then(|| v / r.sqrt())
@@ -105,11 +108,16 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let common = Some(estimate.scale_or_one(0)).filter(|scale| alone && *scale > 0.0).unwrap_or(1.0);
     let whitened = match scattered {
         Some(found) => Whitened {
-            sd: found.whitening.sd().to_vec(),
-            redundancy: found.redundancy.clone(),
+            sd: found.alone.iter().map(|(_, sd)| *sd).collect(),
+            place: found.alone.iter().map(|(place, _)| *place).collect(),
+            redundancy: found.alone.iter().map(|(place, _)| found.redundancy.at(*place)).collect(),
             residuals: found.standardized.clone(),
             largest,
-            remainder: Box::new(|row| found.whitening.remainder(row, found.estimate.factor.thin_q())),
+            remainder: Box::new(|row| {
+                // a row that there is not has no place, and no error
+                let place = found.alone.get(row).map_or(usize::MAX, |(place, _)| *place);
+                found.whitening.remainder(place, found.estimate.factor.thin_q())
+            }),
             dof: estimate.dof,
             variance_known: true,
         },

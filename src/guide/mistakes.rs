@@ -10,6 +10,7 @@ use super::seen::Seen;
 use crate::campaign::{Campaign, JointState, Reading};
 use crate::elements::Parts;
 use crate::error::Result;
+use crate::number::log_sum;
 
 /// Decades of the size of a slip, in radians: from an arcsecond to six degrees.
 const SLIPS_RAD: [f64; 5] = [1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
@@ -132,12 +133,7 @@ fn slips(judge: Judge, taken: &[Reading], j: usize, all: &mut Vec<Explanation>) 
 /// The logarithm of the mean of densities over sizes of equal odds.
 fn mean_over<const N: usize>(sizes: [f64; N], density: impl Fn(f64) -> Option<f64>) -> Option<f64> {
     let values: Vec<f64> = sizes.into_iter().filter_map(density).collect();
-    (!values.is_empty()).then(|| log_sum(values.iter().copied()) - (N as f64).ln())
-}
-
-fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
-    let most = values.clone().fold(f64::NEG_INFINITY, f64::max);
-    if most == f64::NEG_INFINITY { most } else { most + values.map(|v| (v - most).exp()).sum::<f64>().ln() }
+    (!values.is_empty()).then(|| log_sum(&values) - (N as f64).ln())
 }
 
 /// The settings that a person could have made instead, each once.
@@ -197,7 +193,7 @@ fn weighed(mut explanations: Vec<Explanation>, newest: usize) -> Mistake {
     let shares: Vec<f64> = explanations.iter().map(|e| count(e.kind).ln()).collect();
     explanations.iter_mut().zip(shares).for_each(|(e, share)| e.probability -= share);
     // and that it is chance
-    let total = log_sum(explanations.iter().map(|e| e.probability).chain([0.0]));
+    let total = log_sum(&explanations.iter().map(|e| e.probability).chain([0.0]).collect::<Vec<f64>>());
     explanations.iter_mut().for_each(|e| e.probability = (e.probability - total).exp());
     explanations.sort_by(|a, b| b.probability.total_cmp(&a.probability));
     let of = |is: &dyn Fn(&Explanation) -> bool| {

@@ -52,10 +52,16 @@ pub fn rows(system: &System, estimate: &Estimate, scattered: Option<&Scattered>)
             let residual = at(&estimate.residuals);
             let redundancy = at(scattered.map_or(&estimate.redundancy, |scattered| &scattered.redundancy));
             let leverage = scattered.map_or_else(|| at(&estimate.leverage), |_| 1.0 - redundancy);
-            let checked = u.filter(|u| redundancy > UNCHECKED && *u > 0.0);
-            let standardized = |u: f64| scattered.map_or(residual / u, |scattered| at(&scattered.standardized));
-            let studentized = checked.map(|u| standardized(u) / redundancy.sqrt());
-            let mdb = checked.map(|u| delta * u / redundancy.sqrt());
+            // in units of what the row has for itself: redundancy number, residual and standard deviation
+            let own = match scattered.and_then(|found| Some((found, *found.alone.get(i)?))) {
+                Some((found, (place, sd))) => {
+                    u.map(|_| (found.redundancy.at(place), found.standardized.at(place) * sd.signum(), sd.abs()))
+                }
+                None => u.map(|u| (redundancy, residual / u, u)),
+            };
+            let checked = own.filter(|(redundancy, _, sd)| *redundancy > UNCHECKED && *sd > 0.0);
+            let studentized = checked.map(|(redundancy, residual, _)| residual / redundancy.sqrt());
+            let mdb = checked.map(|(redundancy, _, sd)| delta * sd / redundancy.sqrt());
             RowQuality { residual, u, leverage, redundancy, studentized, mdb }
         })
         .collect()

@@ -12,11 +12,12 @@ use faer::MatRef;
 
 /// A system after its adjustment, as snooping sees it: standardised residuals, and what a unit error of a reading leaves of itself.
 pub(crate) struct Whitened<'a> {
-    /// Standard deviation of each reading's own noise.
+    /// Standard deviation of what each reading has for itself, and where that stands among the residuals; with the sign in which the reading feels it.
     pub sd: Vec<f64>,
+    pub place: Vec<usize>,
     /// Redundancy number of each reading, the diagonal of `P`.
     pub redundancy: Vec<f64>,
-    /// Standardised residuals, `P y`: readings first, what else has a row after them.
+    /// Standardised residuals, `P y`.
     pub residuals: Vec<f64>,
     /// `P e_i` for a reading.
     pub remainder: Box<dyn Fn(usize) -> Vec<f64> + 'a>,
@@ -85,6 +86,7 @@ impl<'a> Whitened<'a> {
         };
         Whitened {
             sd: weight.iter().map(|w| 1.0 / w).collect(),
+            place: (0..weight.len()).collect(),
             redundancy: (0..weight.len()).map(|i| 1.0 - used(i)).collect(),
             residuals: residuals.iter().zip(weight).map(|(v, w)| v * w).collect(),
             remainder: Box::new(remainder),
@@ -116,7 +118,7 @@ impl<'a> Whitened<'a> {
     pub fn detectable(&self, s: f64) -> Vec<Option<f64>> {
         let delta = super::baarda_delta();
         let redundancy = |row: usize| Some(self.checked(row)).filter(|r| *r > 0.0);
-        (0..self.sd.len()).map(|row| redundancy(row).map(|r| delta * s * self.sd(row) / r.sqrt())).collect()
+        (0..self.sd.len()).map(|row| redundancy(row).map(|r| delta * s * self.sd(row).abs() / r.sqrt())).collect()
     }
 }
 
@@ -143,7 +145,7 @@ pub(crate) fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Optio
         for row in (0..readings).filter(|row| !rows.contains(row)) {
             let left = redundancies.at(row);
             let redundancy = if left > UNCHECKED { left } else { 0.0 };
-            let along = residuals.at(row);
+            let along = residuals.at(system.place.at(row));
             let heard = redundancy > 0.0 && along.abs() > ROUNDING * system.largest;
             if heard && best.is_none_or(|(_, gain)| along * along / redundancy > gain) {
                 best = Some((row, along * along / redundancy));
@@ -159,7 +161,7 @@ pub(crate) fn snoop(system: &Whitened<'_>, readings: usize, level: f64) -> Optio
         unit.iter_mut().for_each(|u| *u /= length);
         linear::project(&mut residuals, &[&unit]);
         for (row, left) in redundancies.iter_mut().enumerate() {
-            *left -= unit.at(row).powi(2);
+            *left -= unit.at(system.place.at(row)).powi(2);
         }
         extra.push(unit);
         rows.push(row);
@@ -220,7 +222,7 @@ fn together(system: &Whitened<'_>, rows: &[usize], tested: usize) -> Option<Vec<
     for ((row, shift), column) in rows.iter().zip(shifts).zip(triangle.inverse_columns()) {
         // the shift of a standardised reading, in the reading's unit
         let sd = system.sd(*row);
-        let u = variance.sqrt() * linear::norm(&column) * sd;
+        let u = variance.sqrt() * linear::norm(&column) * sd.abs();
         let w = shift * sd / u;
         let single = if system.variance_known {
             quantiles::chi_square_survival(w * w, 1.0)?

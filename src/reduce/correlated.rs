@@ -417,19 +417,46 @@ const RANGE: f64 = 2.0 * 52.0 * std::f64::consts::LN_2;
 /// Below this share of what was taken away, a sum is what rounding leaves; probabilities whose logarithms differ by less of them are equal.
 const LOST: f64 = 1e-9;
 
-/// Segments, and what they say together of each description: half of the logarithm of their determinant and the sum of their squares.
+/// Segments of the same noise, and what they say together of each description: half of the logarithm of their determinant and the sum of their squares.
 #[derive(Debug, Clone, Default)]
 struct Class {
-    members: Vec<usize>,
+    count: usize,
     sums: Vec<(f64, f64)>,
     contrasts: f64,
     /// Logarithm of its probability.
     evidence: f64,
 }
 
+/// Classes, and the number of that to which each segment belongs; none for those that say nothing.
+struct Partition {
+    classes: Vec<Class>,
+    of: Vec<Option<usize>>,
+}
+
+impl Partition {
+    fn members(&self, class: usize) -> impl Iterator<Item = usize> {
+        self.of.iter().enumerate().filter(move |(_, own)| **own == Some(class)).map(|(k, _)| k)
+    }
+
+    /// Takes out a class; those behind it move up.
+    fn remove(&mut self, class: usize) {
+        self.classes.remove(class);
+        self.of.iter_mut().flatten().filter(|own| **own > class).for_each(|own| *own -= 1);
+    }
+
+    fn push(&mut self, class: Class, members: &[usize]) {
+        for k in members {
+            self.of.get_mut(*k).into_iter().for_each(|own| *own = Some(self.classes.len()));
+        }
+        self.classes.push(class);
+    }
+}
+
 struct Parted<'a> {
     looked: &'a Looked<'a>,
     told: &'a [Told],
+    /// Logarithm of each description's weight before anything is seen.
+    priors: Vec<f64>,
     /// What the edges of steps may add to the variance of a block in each segment: those that differ by less may differ in their place in a step alone.
     edges: Vec<f64>,
 }
@@ -444,54 +471,42 @@ impl Parted<'_> {
         })
     }
 
-    fn evidence(&self, class: &Class) -> f64 {
-        if class.members.is_empty() {
+    /// The logarithm of the probability of so many segments that say this together, of so many contrasts.
+    fn evidence(&self, sums: impl Iterator<Item = (f64, f64)>, count: usize, nu: f64) -> f64 {
+        if count == 0 {
             return 0.0;
         }
-        let nu = class.contrasts;
-        let of = |((log, sum), told): (&(f64, f64), &Told)| {
-            told.description.prior.ln() + log - 0.5 * nu * sum.max(f64::MIN_POSITIVE).ln()
-        };
-        let logs: Vec<f64> = class.sums.iter().zip(self.told).map(of).collect();
-        let best = logs.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let all: f64 = logs.iter().map(|log| (log - best).exp()).sum();
-        best + all.ln() + ln_gamma(0.5 * nu) - RANGE.ln() + ln_gamma(class.members.len() as f64)
+        let of = |((log, sum), prior): ((f64, f64), &f64)| prior + log - 0.5 * nu * sum.max(f64::MIN_POSITIVE).ln();
+        let logs: Vec<f64> = sums.zip(&self.priors).map(of).collect();
+        number::log_sum(&logs) + ln_gamma(0.5 * nu) - RANGE.ln() + ln_gamma(count as f64)
     }
 
     fn class(&self, members: impl IntoIterator<Item = usize>) -> Class {
         let mut class = Class { sums: vec![(0.0, 0.0); self.told.len()], ..Class::default() };
         members.into_iter().for_each(|k| self.join(&mut class, k));
-        class.evidence = self.evidence(&class);
+        class.evidence = self.evidence(class.sums.iter().copied(), class.count, class.contrasts);
         class
     }
 
     /// A segment in a class, whose evidence is for others to say.
     fn join(&self, class: &mut Class, k: usize) {
-        class.members.push(k);
+        class.count += 1;
         class.contrasts += self.looked.contrasts.at(k);
         class.sums.iter_mut().zip(self.own(k)).for_each(|(sum, own)| *sum = (sum.0 + own.0, sum.1 + own.1));
     }
 
-    /// A class with one segment more.
-    fn with(&self, class: &Class, k: usize) -> Class {
-        let mut class = class.clone();
-        self.join(&mut class, k);
-        class.evidence = self.evidence(&class);
-        class
-    }
-
-    /// A class without one of its segments.
-    fn without(&self, class: &Class, k: usize) -> Class {
-        let rest = || class.members.iter().copied().filter(|other| *other != k);
+    /// The class of one of the segments without it.
+    fn without(&self, all: &Partition, class: usize, k: usize, own: &[(f64, f64)]) -> Option<Class> {
+        let whole = all.classes.get(class)?;
         let sums: Vec<(f64, f64)> =
-            class.sums.iter().zip(self.own(k)).map(|(sum, own)| (sum.0 - own.0, sum.1 - own.1)).collect();
-        if sums.iter().zip(self.own(k)).any(|(sum, own)| sum.1 < LOST * own.1) {
-            return self.class(rest());
+            whole.sums.iter().zip(own).map(|(sum, own)| (sum.0 - own.0, sum.1 - own.1)).collect();
+        if sums.iter().zip(own).any(|(sum, own)| sum.1 < LOST * own.1) {
+            let rest = all.members(class).filter(|other| *other != k).take(whole.count - 1);
+            return Some(self.class(rest));
         }
-        let contrasts = class.contrasts - self.looked.contrasts.at(k);
-        let mut class = Class { members: rest().collect(), sums, contrasts, evidence: 0.0 };
-        class.evidence = self.evidence(&class);
-        class
+        let (count, contrasts) = (whole.count - 1, whole.contrasts - self.looked.contrasts.at(k));
+        let evidence = self.evidence(sums.iter().copied(), count, contrasts);
+        Some(Class { count, sums, contrasts, evidence })
     }
 
     /// The size of a segment's noise: of a block as if it were white, and of a mean over a length by its likeliest description.
@@ -508,62 +523,75 @@ impl Parted<'_> {
     }
 
     /// The most probable two parts of a class of those that follow each other in the order of one of their sizes, if they are more probable than the class.
-    fn cut(&self, class: &Class, sizes: &[[f64; 2]]) -> Option<[Class; 2]> {
-        let mut best: Option<(f64, Vec<usize>, usize)> = None;
-        let whole = class.evidence + LOST * class.evidence.abs();
+    fn cut(&self, all: &Partition, class: usize, sizes: &[[f64; 2]]) -> Option<[Vec<usize>; 2]> {
+        let own = all.classes.get(class)?;
+        let mut best = own.evidence + LOST * own.evidence.abs();
+        let mut found = None;
         for key in 0..2 {
             let size = |k: &usize| sizes.get(*k).and_then(|own| own.get(key)).copied().unwrap_or(0.0);
-            let mut order = class.members.clone();
+            let mut order: Vec<usize> = all.members(class).collect();
             order.sort_by(|a, b| size(a).total_cmp(&size(b)));
             let ends = |order: &mut dyn Iterator<Item = usize>| -> Vec<f64> {
                 let mut part = self.class([]);
                 let grown = order.map(|k| {
                     self.join(&mut part, k);
-                    self.evidence(&part)
+                    self.evidence(part.sums.iter().copied(), part.count, part.contrasts)
                 });
                 grown.collect()
             };
             let (below, above) = (ends(&mut order.iter().copied()), ends(&mut order.iter().rev().copied()));
+            let mut at = None;
             for (k, (below, above)) in below.iter().zip(above.iter().rev().skip(1)).enumerate() {
-                if below + above > best.as_ref().map_or(whole, |own| own.0) {
-                    best = Some((below + above, order.clone(), k + 1));
+                if below + above > best {
+                    (best, at) = (below + above, Some(k + 1));
                 }
             }
+            found = at.map(|at| (order, at)).or(found);
         }
-        let (_, order, at) = best?;
-        Some([self.class(order.iter().copied().take(at)), self.class(order.iter().copied().skip(at))])
+        let (mut order, at) = found?;
+        let rest = order.split_off(at);
+        Some([order, rest])
     }
 
     /// Single segments to where they are most probable, until none moves.
-    fn moved(&self, mut classes: Vec<Class>, all: &[usize]) -> Vec<Class> {
+    fn moved(&self, all: &mut Partition) {
         let mut moves = true;
         while moves {
             moves = false;
-            for k in all {
+            for k in 0..all.of.len() {
+                let Some(from) = all.of.get(k).copied().flatten() else { continue };
                 crate::stop::poll();
-                let Some(from) = classes.iter().position(|class| class.members.contains(k)) else { continue };
-                let Some(rest) = classes.get(from).map(|class| self.without(class, *k)) else { continue };
-                let whole = classes.get(from).map_or(0.0, |class| class.evidence);
+                let own: Vec<(f64, f64)> = self.own(k).collect();
+                let Some(rest) = self.without(all, from, k, &own) else { continue };
+                let whole = all.classes.get(from).map_or(0.0, |class| class.evidence);
                 let stays = whole - rest.evidence + LOST * whole.abs();
                 let new = self.class([]);
-                let others = classes.iter().chain([&new]).cloned().enumerate().filter(|(to, _)| *to != from);
+                let others = all.classes.iter().chain([&new]).enumerate().filter(|(to, _)| *to != from);
                 let gains = others.map(|(to, class)| {
-                    let with = self.with(&class, *k);
-                    (with.evidence - class.evidence, to, with)
+                    let sums = class.sums.iter().zip(&own).map(|(sum, own)| (sum.0 + own.0, sum.1 + own.1));
+                    let contrasts = class.contrasts + self.looked.contrasts.at(k);
+                    let evidence = self.evidence(sums, class.count + 1, contrasts);
+                    (evidence - class.evidence, to, evidence)
                 });
                 // of gains that are equal but for rounding the segment stays
                 let best = gains.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|own| own.0 > stays);
-                let Some((_, to, with)) = best else { continue };
+                let Some((_, to, evidence)) = best else { continue };
                 moves = true;
-                match classes.get_mut(to) {
-                    Some(slot) => *slot = with,
-                    None => classes.push(with),
+                if to == all.classes.len() {
+                    all.push(new, &[]);
                 }
-                classes.get_mut(from).into_iter().for_each(|slot| slot.clone_from(&rest));
-                classes.retain(|class| !class.members.is_empty());
+                if let Some(class) = all.classes.get_mut(to) {
+                    self.join(class, k);
+                    class.evidence = evidence;
+                }
+                all.of.get_mut(k).into_iter().for_each(|own| *own = Some(to));
+                let is_empty = rest.count == 0;
+                all.classes.get_mut(from).into_iter().for_each(|slot| slot.clone_from(&rest));
+                if is_empty {
+                    all.remove(from);
+                }
             }
         }
-        classes
     }
 }
 
@@ -571,22 +599,29 @@ impl Parted<'_> {
 fn classes_of(looked: &Looked<'_>, told: &[Told]) -> Vec<Vec<usize>> {
     let count = looked.segments.len();
     let edge = |own: &SegmentBlocks| rounded::edge(own) * own.length / own.samples.max(1) as f64 / looked.width;
-    let parted = Parted { looked, told, edges: looked.segments.iter().map(edge).collect() };
+    let parted = Parted {
+        looked,
+        told,
+        priors: told.iter().map(|told| told.description.prior.ln()).collect(),
+        edges: looked.segments.iter().map(edge).collect(),
+    };
     let (telling, silent): (Vec<usize>, Vec<usize>) = (0..count).partition(|k| looked.contrasts.at(*k) > 0.0);
     // of no segments: nothing to part
     let middling = |all: &mut Vec<f64>| number::median(all).unwrap_or(1.0);
     let length = middling(&mut telling.iter().map(|k| 1.0 + looked.contrasts.at(*k)).collect());
     let sizes: Vec<[f64; 2]> =
         (0..count).map(|k| if looked.contrasts.at(k) > 0.0 { parted.sizes(k, length) } else { [0.0; 2] }).collect();
-    let mut classes = parted.moved(vec![parted.class(telling.iter().copied())], &telling);
-    while let Some((at, parts)) = classes.iter().enumerate().find_map(|(at, own)| Some((at, parted.cut(own, &sizes)?)))
-    {
-        classes.remove(at);
-        classes.extend(parts);
-        classes = parted.moved(classes, &telling);
+    let mut all = Partition { classes: Vec::new(), of: vec![None; count] };
+    all.push(parted.class(telling.iter().copied()), &telling);
+    parted.moved(&mut all);
+    while let Some((at, parts)) = (0..all.classes.len()).find_map(|at| Some((at, parted.cut(&all, at, &sizes)?))) {
+        all.remove(at);
+        parts.iter().for_each(|part| all.push(parted.class(part.iter().copied()), part));
+        parted.moved(&mut all);
     }
-    let mut classes: Vec<Vec<usize>> = classes.into_iter().map(|class| class.members).collect();
-    classes.iter_mut().for_each(|class| class.sort_unstable());
+    let mut classes: Vec<Vec<usize>> = vec![Vec::new(); all.classes.len()];
+    let placed = all.of.iter().enumerate().filter_map(|(k, own)| Some((k, (*own)?)));
+    placed.for_each(|(k, own)| classes.get_mut(own).into_iter().for_each(|class| class.push(k)));
     classes.sort_by(|a, b| b.len().cmp(&a.len()).then(looked.spread(a).total_cmp(&looked.spread(b))));
     // segments without contrasts say nothing of their own, and follow the others
     match classes.first_mut() {

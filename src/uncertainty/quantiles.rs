@@ -134,10 +134,10 @@ pub(crate) fn mixture_half_interval(parts: &[(f64, f64, f64)], nu: f64, level: f
         let mut sum = 0.0;
         for (weight, place, scale) in parts {
             sum += weight
-                * if *scale > 0.0 {
-                    beyond((half - place) / scale)? + beyond((half + place) / scale)?
-                } else {
-                    f64::from(u8::from(place.abs() > half))
+                * match *scale > 0.0 {
+                    true if *place == 0.0 => 2.0 * beyond(half / scale)?,
+                    true => beyond((half - place) / scale)? + beyond((half + place) / scale)?,
+                    false => f64::from(u8::from(place.abs() > half)),
                 };
         }
         Some(sum)

@@ -78,6 +78,36 @@ fn stated_scatter_is_dense_generalised_least_squares() {
     }
 }
 
+/// A deviation that one row alone feels is noise of that row: the tests of single readings are those of independent rows with the root of the sum of squares, also
+/// where the rest of the noise is too small to be seen beside it.
+#[test]
+fn a_deviation_of_each_row_is_its_noise() {
+    let observed = vec![0.3, 1.4, 1.7, 3.2, 4.4, 4.6, 6.5, 6.9];
+    let m = observed.len();
+    for own in [1e-9, 1.0, 3.0] {
+        let felt = (0..m).map(|row| Felt { row, level: row, by: if row % 2 == 0 { 2.0 } else { -2.0 } }).collect();
+        let line = ScatterLine { felt, variance: Some(0.25), memory: None };
+        let rows = Mat::from_fn(m, 2, |i, j| (i as f64).powi(j as i32));
+        let system = |u: f64| System {
+            rows: rows.clone(),
+            observed: observed.clone(),
+            u: vec![u; m],
+            group: vec![Group::Known; m],
+        };
+        let settings = Settings::default();
+        let found = adjust_scattered(&system(own), &[line], None, &[], &settings).unwrap();
+        let quality = tumble::quality::rows(&system(own), &found.estimate, Some(&found));
+        let plain = system(own.hypot(1.0));
+        let expected = tumble::quality::rows(&plain, &tumble::estimate::adjust(&plain, &settings).unwrap(), None);
+        // rounding of projections, and of 1e-18 beside 1
+        let near = |a: Option<f64>, b: Option<f64>| assert!((a.unwrap() - b.unwrap()).abs() < 1e-12, "{a:?} {b:?}");
+        for (a, b) in quality.iter().zip(&expected) {
+            near(a.studentized, b.studentized);
+            near(a.mdb, b.mdb);
+        }
+    }
+}
+
 /// Two groups of readings and two lines, unbalanced: variances, their spread, Kenward and Roger's covariance.
 #[test]
 fn estimated_scatter_is_restricted_likelihood() {

@@ -70,6 +70,10 @@ fn balanced_offsets_are_the_analysis_of_variance() {
             assert_eq!((found.variance[0], found.state[0]), (0.0, LineState::AtZero));
             // the floor is 1e-9 of the noise
             assert!((noise / total - 1.0).abs() < 1e-8, "{noise} {total}");
+            // at zero the information of the offsets' variance is `2^2 (3 - 1)/noise^2`: one standard uncertainty above it is `noise/2 sqrt(2/2)`. It is asked where
+            // the variance is a ten-thousandth of the noise's share, and the information less by about as much
+            let could_be = found.could_be[0].unwrap();
+            assert!((could_be * could_be / (total / 2.0) - 1.0).abs() < 1e-3, "{could_be} {total}");
             // u and dof do not take the zero for known: they are the mean square between the three and its two degrees of freedom
             let u2 = found.estimate.unknowns.covariance[(0, 0)];
             assert!((u2 / (between / 6.0) - 1.0).abs() < 1e-8, "{u2} {between}");

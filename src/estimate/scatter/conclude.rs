@@ -5,7 +5,8 @@
 )]
 
 use super::condense::Condensed;
-use super::problem::{Ended, FULL, Limits, Problem, SEPARATED};
+use super::problem::{Ended, FULL, Problem, SEPARATED};
+use super::restricted::Limits;
 use super::time::{self, Along};
 use super::{LineState, Memory, ScatterLine, Scattered, Stepped, Whitening, mixture};
 use crate::error::Result;
@@ -93,6 +94,7 @@ pub(crate) fn scattered_with(
         sensitivities: own.sensitivities,
         standardized: own.standardized,
         redundancy: own.redundancy,
+        alone: own.alone,
         mixture: mixture.transpose()?,
         ..told.clone()
     })
@@ -160,8 +162,9 @@ fn conclude(
     (timed, sums): (&time::Timed, bool),
     along: Option<&Along>,
 ) -> Result<Scattered> {
-    let Ended { theta, point, mut inference, kept, at_floor, restricted, could_be, is_open, iterations, converged } =
-        ended;
+    let Ended {
+        theta, point, likelihood, kept, at_floor, restricted, could_be, is_open, iterations, converged, ..
+    } = ended;
     let absorbed = problem.absorbed(&kept)?;
     for (state, _) in problem.state.iter_mut().zip(&absorbed).filter(|(_, own)| own.is_some()) {
         *state = LineState::Absorbed;
@@ -177,28 +180,34 @@ fn conclude(
         {
             continue;
         }
-        problem.lean(&point, &mut inference, *k, &theta);
-        leaning[*k] = Some(inference.gamma.len() - 1);
-        free.push(inference.gamma.len() - 1);
+        let place = problem.members.count + problem.times.len();
+        problem.times.push(*k);
+        leaning[*k] = Some(place);
+        free.push(place);
     }
+    let likelihood = match problem.times.is_empty() {
+        true => likelihood,
+        false => problem.likelihood(problem.lines, &point, &theta)?,
+    };
+    problem.times.clear();
     let directions = point.estimate.factor.whitened_directions();
     let (spread, correction) = match along {
-        Some(along) => along.costs(inference.s.nrows(), &leaning),
+        Some(along) => along.costs(likelihood.gradient.len(), &leaning),
         None => {
-            let spread = super::restricted::spread(&inference.s, &free);
-            let correction = inference.correction(&directions, &spread);
-            (spread, correction)
+            let (spread, correction) = likelihood.costs(None, &free);
+            (spread, &directions * correction * directions.transpose())
         }
     };
-    let rank = inference.basis.ncols();
-    let mut sensitivities = product_by_rows(directions.as_ref(), inference.basis.as_ref());
+    let carried = problem.carried(&point);
+    let rank = directions.ncols();
+    let mut sensitivities = product_by_rows(directions.as_ref(), carried.rows.subcols(0, rank));
     for (i, sd) in point.whitening.sd().iter().enumerate() {
         sensitivities.col_as_slice_mut(i).iter_mut().for_each(|s| *s /= sd);
     }
     let around = |middle: &Mat<f64>| &directions * middle * directions.transpose();
     let share = |(line, start): (&ScatterLine, &usize)| {
         let own = *start..start + line.levels();
-        let felt = &inference.felt;
+        let felt = &carried.deviations;
         let gram = Mat::from_fn(rank, rank, |a, b| match b <= a {
             true => point.whitening.product(own.clone(), felt.col_as_slice(a), felt.col_as_slice(b)),
             false => 0.0,
@@ -215,7 +224,7 @@ fn conclude(
     }
     let component = &problem.component;
     let covariance = &point.estimate.unknowns.covariance;
-    let by_component: Vec<Mat<f64>> = free.iter().map(|g| around(&inference.gamma[*g])).collect();
+    let by_component: Vec<Mat<f64>> = free.iter().map(|g| around(&likelihood.slope(*g))).collect();
     let dof = |j: usize| {
         let parts: Vec<(usize, f64)> = free.iter().zip(&by_component).map(|(g, own)| (*g, own[(j, j)])).collect();
         satterthwaite(covariance[(j, j)], &parts, &spread)
@@ -237,7 +246,7 @@ fn conclude(
         true => problem.summed(&point, &theta, &kept, timed)?,
         false => None,
     };
-    let leans = leaning.iter().map(|own| own.map(|c: usize| (c, around(&inference.gamma[c])))).collect();
+    let leans = leaning.iter().map(|own| own.map(|c: usize| (c, around(&likelihood.slope(c))))).collect();
     Ok(Scattered {
         group_variance: (0..groups).map(|g| kept.contains(&g).then(|| reported[g])).collect(),
         weighed_with: theta[..groups].to_vec(),
@@ -254,8 +263,9 @@ fn conclude(
         mixture,
         shares,
         sensitivities,
-        standardized: [inference.residuals.rows.as_slice(), &inference.residuals.deviations].concat(),
+        standardized: [carried.rows.col_as_slice(rank), carried.deviations.col_as_slice(rank)].concat(),
         redundancy: point.whitening.redundancies(point.estimate.factor.thin_q()),
+        alone: problem.alone(&point.whitening, &theta),
         deviance: point.deviance,
         estimate: point.estimate,
         whitening: point.whitening,
@@ -312,6 +322,27 @@ impl Absorbed {
 }
 
 impl Problem<'_> {
+    /// See [`Scattered::alone`].
+    fn alone(&self, whitening: &Whitening, theta: &[f64]) -> Vec<(usize, f64)> {
+        let mut alone: Vec<(usize, f64)> = whitening.sd().iter().copied().enumerate().collect();
+        let lines = self.lines.iter().zip(&self.pattern.first).zip(self.variances(theta));
+        for ((line, start), variance) in lines.filter(|((line, _), variance)| line.memory.is_none() && *variance > 0.0)
+        {
+            let mut rows = vec![0_usize; line.levels()];
+            line.felt.iter().for_each(|felt| rows[felt.level] += 1);
+            for felt in line.felt.iter().filter(|felt| rows[felt.level] == 1) {
+                // its own row has 0 - d: what adds to the row takes off there
+                let own = (whitening.rows() + start + felt.level, -felt.by * variance.sqrt());
+                alone
+                    .get_mut(felt.row)
+                    .into_iter()
+                    .filter(|slot| slot.1.abs() < own.1.abs())
+                    .for_each(|slot| *slot = own);
+            }
+        }
+        alone
+    }
+
     /// For each line, what is not known for want of its variance: of those that are not among the components `kept`.
     pub(super) fn absorbed(&self, kept: &[usize]) -> Result<Vec<Option<Absorbed>>> {
         let missing = |own: &Option<usize>| own.filter(|c| !kept.contains(c));
@@ -319,18 +350,19 @@ impl Problem<'_> {
         if self.component.iter().all(|own| missing(own).is_none()) {
             return Ok(none);
         }
-        let Some(point) = self.at(self.lines, &self.start()?)? else { return Ok(none) };
-        let inference = self.inference(&point);
+        let start = self.start()?;
+        let Some(point) = self.at(self.lines, &start)? else { return Ok(none) };
+        let likelihood = self.likelihood(self.lines, &point, &start)?;
         let directions = point.estimate.factor.whitened_directions();
         let whole = &directions * directions.transpose();
         // 2 S^-1
-        let twice = super::restricted::spread(&inference.s, kept);
+        let twice = super::restricted::spread(&likelihood.expected, kept);
         let one = |own: &Option<usize>| {
             let c = missing(own)?;
-            let mut middle = inference.gamma[c].clone();
+            let mut middle = likelihood.slope(c);
             for h in kept {
-                let share = 0.5 * kept.iter().map(|g| twice[(*h, *g)] * inference.s[(*g, c)]).sum::<f64>();
-                middle -= &inference.gamma[*h] * Scale(share);
+                let share = 0.5 * kept.iter().map(|g| twice[(*h, *g)] * likelihood.expected[(*g, c)]).sum::<f64>();
+                middle -= likelihood.slope(*h) * Scale(share);
             }
             let found = Absorbed { unknown: &directions * middle * directions.transpose(), whole: whole.clone() };
             (0..whole.nrows()).any(|k| found.touches_unknown(k)).then_some(found)

@@ -15,7 +15,8 @@
 
 use super::inference::LeftOut;
 use super::pattern::ByRow;
-use super::problem::{Ended, Limits, Problem};
+use super::problem::{Ended, Problem};
+use super::restricted::Limits;
 use super::{Felt, ScatterLine};
 use crate::error::Result;
 use crate::estimate::fold::triangle_of;
@@ -177,12 +178,6 @@ impl<'a> Problem<'a> {
         Ok(small)
     }
 
-    /// [`Problem::solve`] on fewer rows where that is possible, for the variances and the deviance alone.
-    pub fn search(&mut self, start: &[f64], limits: Limits) -> Result<Ended> {
-        let Some(fewer) = Condensed::new(self) else { return self.solve(start, limits) };
-        self.on(&fewer, start.len() != self.members.count)?.solve(start, limits)
-    }
-
     /// [`Problem::solve`] on fewer rows where that is possible; the adjustment and what is inferred from it are those of all rows.
     pub fn solve_all(&mut self, start: &[f64], limits: Limits) -> Result<Ended> {
         let Some(fewer) = Condensed::new(self) else { return self.solve(start, limits) };
@@ -191,7 +186,7 @@ impl<'a> Problem<'a> {
         // at the edge of what is a covariance, rounding decides: then all rows do
         let Some(point) = self.at(self.lines, &ended.theta)? else { return self.solve(start, limits) };
         self.state = small.state;
-        let inference = self.inference(&point);
-        Ok(Ended { point, inference, ..ended })
+        let likelihood = self.likelihood(self.lines, &point, &ended.theta)?;
+        Ok(Ended { point, likelihood, ..ended })
     }
 }

@@ -298,26 +298,30 @@ impl Whitening {
         back.rows.iter().zip(&self.sd).map(|(v, sd)| v / sd).collect()
     }
 
-    /// What a unit error of a row, in units of the row's own noise, leaves of itself when the deviations and an orthonormal basis `q` of the
-    /// whitened rows are taken out: rows first, then deviations.
-    pub(crate) fn remainder(&self, row: usize, q: MatRef<'_, f64>) -> Vec<f64> {
-        let mut rows = vec![0.0; self.pattern.rows];
-        if let Some(own) = rows.get_mut(row) {
-            *own = 1.0;
-        }
-        let mut white = self.forward(self.of_rows(rows)).rows;
+    /// What a unit error of a row, or of a deviation behind the rows, in units of its own noise leaves of itself when the deviations and an orthonormal basis `q` of
+    /// the whitened rows are taken out: rows first, then deviations.
+    pub(crate) fn remainder(&self, place: usize, q: MatRef<'_, f64>) -> Vec<f64> {
+        let mut unit = self.of_rows(vec![0.0; self.pattern.rows]);
+        let slot = match place.checked_sub(self.pattern.rows) {
+            Some(deviation) => unit.deviations.get_mut(deviation),
+            None => unit.rows.get_mut(place),
+        };
+        slot.into_iter().for_each(|own| *own = 1.0);
+        let mut white = self.forward(unit).rows;
         crate::linear::project_out(&mut white, q);
         let back = self.backward(self.of_rows(white));
         [back.rows, back.deviations].concat()
     }
 
-    /// Redundancy number of each row beside an orthonormal basis `q` of the whitened rows, deviations being unknowns with a row of their own.
+    /// Redundancy number of each row, then of each deviation, beside an orthonormal basis `q` of the whitened rows, deviations being unknowns with a row of their own.
     pub(crate) fn redundancies(&self, q: MatRef<'_, f64>) -> Vec<f64> {
-        let mut left: Vec<f64> = self.norms(|_, _| {}).rows.iter().map(|norm| 1.0 - norm).collect();
+        let norms = self.norms(|_, _| {});
+        let mut left: Vec<f64> = norms.rows.iter().chain(&norms.deviations).map(|norm| 1.0 - norm).collect();
         for k in 0..q.ncols() {
-            let rows = q.col(k).iter().copied().collect();
-            let back = self.backward(self.of_rows(rows));
-            left.iter_mut().zip(back.rows).for_each(|(left, g)| *left -= g * g);
+            let back = self.backward(self.of_rows(q.col(k).iter().copied().collect()));
+            let deviations = back.deviations.iter().enumerate().map(|(d, g)| self.sign(d) * g * g);
+            let all = back.rows.iter().map(|g| g * g).chain(deviations);
+            left.iter_mut().zip(all).for_each(|(left, own)| *left -= own);
         }
         left.iter_mut().for_each(|left| *left = left.max(0.0));
         left

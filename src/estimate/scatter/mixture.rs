@@ -13,7 +13,7 @@
 //! Tiao, Bayesian Inference in Statistical Analysis, 1973, chapters 2 and 5. Nodes follow R. Richtmyer's sequence (square roots of primes).
 #![allow(
     clippy::indexing_slicing,
-    reason = "`theta`, `component` and the inference are over the components and lines of one problem; axes hold numbers of these"
+    reason = "`theta`, `component` and likelihoods are over the components and lines of one problem; axes hold numbers of these"
 )]
 
 use super::condense::Condensed;
@@ -304,8 +304,8 @@ impl Problem<'_> {
             }
             let point = self.at(&lines, &theta)?.filter(|point| point.basis == top.basis);
             let Some(point) = point else { continue };
-            let inference = self.inference(&point);
-            let part = Mat::from_fn(kept.len(), kept.len(), |a, b| inference.s[(kept[a], kept[b])]);
+            let expected = self.likelihood(&lines, &point, &theta)?.expected;
+            let part = Mat::from_fn(kept.len(), kept.len(), |a, b| expected[(kept[a], kept[b])]);
             let Ok(root) = part.llt(Side::Lower) else { continue };
             weight += (0..kept.len()).map(|a| root.L()[(a, a)].ln()).sum::<f64>();
             let estimate = &point.estimate;

@@ -20,11 +20,11 @@
 //! | `pattern.rs` | which rows share deviations, and the order in which fronts take them out |
 //! | `elimination.rs` | the orthogonal transformations, forwards and backwards |
 //! | `floor.rs` | rows made independent for others: a diagnosis, a plan |
-//! | `inference.rs` | what each component contributes (squares, redundancy, information), and what it costs to estimate it |
-//! | `problem.rs` | components, the adjustment at given variances, and the steps to the variances |
+//! | `inference.rs` | what whitened rows say of each component: the sums of the likelihood |
+//! | `problem.rs` | components, the adjustment at given variances, and the way to the variances |
 //! | `condense.rs` | the readings of a position as a few rows that say the same |
 //! | `chain.rs` | a filter along time, with derivatives by the noise |
-//! | `restricted.rs` | the likelihood of parts of the rows, and Newton's way to its top |
+//! | `restricted.rs` | the likelihood and what it costs to estimate variances, from sums of either kind; the way to its top |
 //! | `time.rs` | noise that is correlated in time |
 //! | `mixture.rs` | the unknowns over the whole likelihood, where its top says nothing of some |
 //! | `conclude.rs` | the adjustment with what was found; variances that no residual shows, though unknowns follow them |
@@ -54,7 +54,6 @@ pub(crate) use time::{deviation_range, time_range, white_range};
 use crate::elements::Elements;
 use crate::estimate::Estimate;
 use faer::Mat;
-use std::collections::BTreeMap;
 
 /// A row that feels a deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,30 +94,55 @@ impl ScatterLine {
         self.felt.iter().map(|felt| felt.level.saturating_add(1)).max().unwrap_or(0)
     }
 
-    /// What deviations of unit variance, correlated over `tau` where they are in time, make of `along . y`: `sum f_a f_b exp(-|t_a - t_b|/tau)`, along
-    /// time `S_b = exp(-dt/tau) (S_a + f_a)`, `sum f_b (f_b + 2 S_b)`.
+    /// `Z' y`: what the rows make of each deviation.
+    fn gathered(&self, values: &[f64]) -> Vec<f64> {
+        let mut felt = vec![0.0; self.levels()];
+        for (own, value) in self.felt.iter().filter_map(|own| Some((own, values.get(own.row)?))) {
+            felt.get_mut(own.level).into_iter().for_each(|slot| *slot += own.by * value);
+        }
+        felt
+    }
+
+    /// What deviations of unit variance, correlated over `tau` where they are in time, make of `along . y`: `sum f_a f_b exp(-|t_a - t_b|/tau)`.
     pub(crate) fn variance_of(&self, along: &[f64], tau: Option<f64>) -> f64 {
-        let mut felt: BTreeMap<usize, f64> = BTreeMap::new();
-        for own in self.felt.iter().filter(|own| along.at(own.row) != 0.0) {
-            *felt.entry(own.level).or_default() += own.by * along.at(own.row);
+        let felt = self.gathered(along);
+        let own: f64 = felt.iter().map(|own| own * own).sum();
+        let Some((memory, tau)) = self.memory.as_ref().zip(tau) else { return own };
+        let before = memory.carried(&felt, tau, memory.order(felt.len()).iter());
+        own + 2.0 * before.iter().zip(&felt).map(|((sum, _), own)| sum * own).sum::<f64>()
+    }
+}
+
+impl Memory {
+    /// The run of a level: one where none are told apart.
+    fn run_of(&self, level: usize) -> usize {
+        self.run.get(level).copied().unwrap_or(0)
+    }
+
+    /// Levels run by run, in the order of time.
+    fn order(&self, levels: usize) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..levels).collect();
+        let at = |level: &usize| (self.run_of(*level), self.time.at(*level));
+        order.sort_by(|a, b| at(a).0.cmp(&at(b).0).then(at(a).1.total_cmp(&at(b).1)));
+        order
+    }
+
+    /// At each level `S = sum f_a exp(-dt/tau)` over those before it in an order, and `tau dS/dtau`: from one level to the next `S = k (S + f)`,
+    /// `S' = k (S' + dt/tau (S + f))`, `k = exp(-dt/tau)`.
+    fn carried<'a>(&self, felt: &[f64], tau: f64, order: impl Iterator<Item = &'a usize>) -> Vec<(f64, f64)> {
+        let mut all = vec![(0.0, 0.0); felt.len()];
+        let (mut sums, mut last) = ((0.0, 0.0), None);
+        for level in order {
+            let near = last.filter(|last| self.run_of(*last) == self.run_of(*level));
+            sums = near.map_or((0.0, 0.0), |last| {
+                let passed = (self.time.at(*level) - self.time.at(last)).abs() / tau;
+                let (keeps, whole) = ((-passed).exp(), sums.0 + felt.at(last));
+                (keeps * whole, keeps * (sums.1 + passed * whole))
+            });
+            all.get_mut(*level).into_iter().for_each(|slot| *slot = sums);
+            last = Some(*level);
         }
-        let Some((memory, tau)) = self.memory.as_ref().zip(tau) else {
-            return felt.values().map(|own| own * own).sum();
-        };
-        let place = |level: usize| (memory.run.get(level).copied().unwrap_or(level), memory.time.at(level));
-        let mut ordered: Vec<((usize, f64), f64)> = felt.into_iter().map(|(level, f)| (place(level), f)).collect();
-        ordered.sort_by(|a, b| a.0.0.cmp(&b.0.0).then(a.0.1.total_cmp(&b.0.1)));
-        let (mut sum, mut before, mut carried) = (0.0, None::<(usize, f64)>, 0.0_f64);
-        for ((run, time), f) in ordered {
-            carried *= match before {
-                Some((of, at)) if of == run => f64::exp(-(time - at) / tau),
-                _ => 0.0,
-            };
-            sum += f * (f + 2.0 * carried);
-            carried += f;
-            before = Some((run, time));
-        }
-        sum
+        all
     }
 }
 
@@ -184,8 +208,11 @@ pub struct Scattered {
     pub sensitivities: Mat<f64>,
     /// Residual of each row over the standard deviation of its own noise, deviations taken out; then each deviation over its own.
     pub standardized: Vec<f64>,
-    /// Redundancy number of each row.
+    /// Redundancy number of each row; then of each deviation.
     pub redundancy: Vec<f64>,
+    /// For each row, where the larger of its own noise and of the deviations that no other row feels stands in these two lists, and its standard deviation in the
+    /// row, negative where an error there has the other sign: a fault of the row alone is a fault of that.
+    pub alone: Vec<(usize, f64)>,
     /// `-2` times the logarithm of the restricted likelihood, without constants.
     pub deviance: f64,
     /// Steps that the variances took.

@@ -61,14 +61,12 @@ impl Pattern {
         for (k, (line, start)) in lines.iter().zip(&first).enumerate() {
             line_of[*start..start + line.levels()].fill(k);
             let Some(memory) = &line.memory else { continue };
-            let mut order: Vec<usize> = (0..line.levels()).collect();
-            let at = |level: usize| (memory.run.get(level).copied(), memory.time.at(level));
-            order.sort_by(|a, b| at(*a).0.cmp(&at(*b).0).then(at(*a).1.total_cmp(&at(*b).1)));
+            let order = memory.order(line.levels());
             for level in &order {
-                time[start + level] = Some(at(*level).1);
+                time[start + level] = Some(memory.time.at(*level));
             }
             for pair in order.windows(2) {
-                if at(pair[0]).0 == at(pair[1]).0 {
+                if memory.run_of(pair[0]) == memory.run_of(pair[1]) {
                     before[start + pair[1]] = Some(start + pair[0]);
                 }
             }

@@ -1,23 +1,23 @@
 //! The question of the variances, prepared: which row and which deviation belongs to which component, and the adjustment at given variances.
 #![allow(
     clippy::indexing_slicing,
-    reason = "`theta`, `floor` and the inference have `members.count` entries, rows and deviations hold components below it, and `System::check` has compared u with the rows"
+    reason = "`theta` and `floor` have `members.count` entries, likelihoods one more for each of `times`, rows and deviations hold components below it, and `System::check` has compared u with the rows"
 )]
 
 use super::elimination::Whitening;
-use super::inference::{Inference, LeftOut, Membership};
-use super::{LineState, Pattern, ScatterLine};
+use super::inference::{self, Carried, LeftOut, Membership};
+use super::restricted::{AT_END, Climbed, Hill, Likelihood, Limits, no_covariance};
+use super::{LineState, Pattern, ScatterLine, time};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Elimination, Estimate, ScaleHints, Settings, System, adjust_on_hinted, groups};
-use faer::Mat;
-use faer::linalg::solvers::Solve;
+use std::borrow::Cow;
 
 /// A variance this small beside the noise of what feels it cannot be seen.
 pub(super) const UNSEEN: f64 = 1e-9;
+/// This many times the least variance is seen: the square of its share of the noise is a hundred million epsilons, and it changes what others tell by a ten-thousandth.
+const SEEN: f64 = 1e5;
 /// A component is separated from others where at least this much of its information is its own.
 pub(super) const SEPARATED: f64 = 1e-8;
-/// Steps that change no variance by more than this are Newton's.
-const NEAR: f64 = 0.3;
 /// Levels of all lines together, at most.
 const MOST_LEVELS: usize = 1 << 24;
 
@@ -33,6 +33,8 @@ pub(super) struct Problem<'a> {
     /// Component of each line.
     pub component: Vec<Option<usize>>,
     pub members: Membership,
+    /// Lines whose correlation times are sought with the variances, from where they are; behind the components.
+    pub times: Vec<usize>,
     /// The least variance factor of each group.
     pub(super) floor: Vec<f64>,
     pub state: Vec<LineState>,
@@ -103,6 +105,7 @@ impl<'a> Problem<'a> {
             groups,
             component,
             members,
+            times: Vec::new(),
             floor,
             state,
             left_out: LeftOut::default(),
@@ -146,9 +149,23 @@ impl<'a> Problem<'a> {
         Ok(Some(Point { whitening, estimate, deviance, basis }))
     }
 
-    pub fn inference(&self, point: &Point) -> Inference {
+    /// The restricted likelihood there, with its derivatives by the components and by the correlation times that are sought.
+    ///
+    /// Errors: none, unless numbers leave their range.
+    pub fn likelihood(&self, lines: &[ScatterLine], point: &Point, theta: &[f64]) -> Result<Likelihood> {
         let found = (&point.estimate.factor.q, point.estimate.residuals.as_slice());
-        Inference::new(&point.whitening, &self.members, &self.left_out, found)
+        let (mut sums, mut turned) = inference::sums(&point.whitening, &self.members, &self.left_out, found);
+        // the basis of the unknowns is orthonormal at every place
+        sums.logarithm = point.deviance - point.estimate.sum_of_squares;
+        for line in &self.times {
+            self.lean(lines, point, *line, theta, (&mut sums, &mut turned));
+        }
+        Likelihood::of(sums).ok_or_else(no_covariance)
+    }
+
+    /// The unknowns' basis and the residuals, at the rows and at the deviations.
+    pub fn carried(&self, point: &Point) -> Carried {
+        Carried::new(&point.whitening, (&point.estimate.factor.q, &point.estimate.residuals))
     }
 
     /// Variance of each line.
@@ -196,19 +213,19 @@ impl<'a> Problem<'a> {
     }
 
     /// Which of the components the rows tell apart, in order; the others leave their share to those before them.
-    pub fn separated(&self, inference: &Inference) -> Vec<usize> {
+    pub fn separated(&self, likelihood: &Likelihood) -> Vec<usize> {
         let mut kept: Vec<usize> = Vec::new();
         // what is left of each component's information when those kept are taken out (Cholesky)
         let mut rows: Vec<Vec<f64>> = Vec::new();
-        let size = |g: usize| inference.s[(g, g)].max(0.0).sqrt();
+        let size = |g: usize| likelihood.expected[(g, g)].max(0.0).sqrt();
         for g in 0..self.members.count {
-            if !(inference.redundancy[g] > groups::NO_REDUNDANCY && size(g) > 0.0) {
+            if !(likelihood.redundancy[g] > groups::NO_REDUNDANCY && size(g) > 0.0) {
                 continue;
             }
             let mut row: Vec<f64> = Vec::with_capacity(kept.len() + 1);
             for (a, h) in kept.iter().enumerate() {
                 let before: f64 = (0..a).map(|k| row[k] * rows[a][k]).sum();
-                row.push((inference.s[(g, *h)] / (size(g) * size(*h)) - before) / rows[a][a]);
+                row.push((likelihood.expected[(g, *h)] / (size(g) * size(*h)) - before) / rows[a][a]);
             }
             let left = 1.0 - row.iter().map(|x| x * x).sum::<f64>();
             if left > SEPARATED {
@@ -233,57 +250,7 @@ impl<'a> Problem<'a> {
     }
 }
 
-/// Relative changes of the free variances: Newton's where they are small, else Fisher's, else each by itself. What would leave `1 / leap` to `leap`
-/// goes as far, and the others go with that: a variance that falls to nothing has an information that is lost in rounding.
-pub(super) fn step(inference: &Inference, free: &[usize], leap: f64) -> Vec<f64> {
-    let mut held: Vec<(usize, f64)> = Vec::new();
-    loop {
-        let is_held = |g: &usize| held.iter().any(|(own, _)| own == g);
-        let open: Vec<usize> = free.iter().copied().filter(|g| !is_held(g)).collect();
-        let change = together(inference, &open, &held);
-        let bounded = |c: f64| (1.0 + c).clamp(1.0 / leap, leap) - 1.0;
-        let beyond = |(g, c): (&usize, &f64)| ((1.0 + c) < 1.0 / leap || 1.0 + c > leap).then(|| (*g, bounded(*c)));
-        let out: Vec<(usize, f64)> = open.iter().zip(&change).filter_map(beyond).collect();
-        if out.is_empty() {
-            held.extend(open.into_iter().zip(change));
-            let of = |g: &usize| held.iter().find(|(own, _)| own == g).map_or(0.0, |(_, c)| *c);
-            return free.iter().map(of).collect();
-        }
-        held.extend(out);
-    }
-}
-
-/// Changes of some variances beside those that others are given.
-fn together(inference: &Inference, open: &[usize], held: &[(usize, f64)]) -> Vec<f64> {
-    let solve = |of: &dyn Fn(usize, usize) -> f64| -> Option<Vec<f64>> {
-        let size: Vec<f64> = open.iter().map(|g| of(*g, *g).max(0.0).sqrt()).collect();
-        if size.iter().any(|s| !(*s > 0.0)) {
-            return None;
-        }
-        let given = |g: usize| held.iter().map(|(h, c)| of(g, *h) * c).sum::<f64>();
-        let matrix = Mat::from_fn(open.len(), open.len(), |a, b| of(open[a], open[b]) / (size[a] * size[b]));
-        let right = Mat::from_fn(open.len(), 1, |a, _| {
-            let g = open[a];
-            (inference.squares[g] - inference.redundancy[g] - given(g)) / size[a]
-        });
-        let found = matrix.llt(faer::Side::Lower).ok()?.solve(&right);
-        let change: Vec<f64> = (0..open.len()).map(|a| found[(a, 0)] / size[a]).collect();
-        change.iter().all(|c| c.is_finite()).then_some(change)
-    };
-    let near = |change: &[f64]| held.is_empty() && change.iter().all(|c| c.abs() < NEAR);
-    let fisher = solve(&|g, h| inference.s[(g, h)]);
-    match fisher {
-        Some(fisher) if near(&fisher) => {
-            let newton = solve(&|g, h| 2.0 * inference.observed[(g, h)] - inference.s[(g, h)]);
-            newton.filter(|change| near(change)).unwrap_or(fisher)
-        }
-        Some(fisher) => fisher,
-        None => open.iter().map(|g| inference.squares[*g] / inference.redundancy[*g].max(1e-12) - 1.0).collect(),
-    }
-}
-
-// Variances by restricted maximum likelihood: Fisher's steps `S (t - 1) = squares - redundancy` on the factors `t` of the variances, Newton's near the end; a
-// step that lowers the restricted likelihood is halved. A variance that the likelihood draws below what could be seen is zero. H. D. Patterson,
+// Variances by restricted maximum likelihood (`restricted.rs`). A variance that the likelihood draws below what could be seen is zero. H. D. Patterson,
 // R. Thompson 1971; the start needs no guess: a deviation as large as the noise of what feels it.
 //
 // A variance estimated as zero is not known to be zero. Intervals that take it for zero pool its few degrees of freedom with the many of the
@@ -293,26 +260,15 @@ fn together(inference: &Inference, open: &[usize], held: &[(usize, f64)]) -> Vec
 // effect inference in unbalanced linear mixed models", 2002; the NOBOUND of R. C. Littell et al., SAS for Mixed Models, 2006). What is reported
 // as the variance stays the restricted one.
 
-/// How far the iteration goes.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Limits {
-    pub steps: usize,
-    /// Relative change of every variance at which it ends.
-    pub settled: f64,
-}
-
 /// To the last digits.
 pub(super) const FULL: Limits = Limits { steps: 200, settled: 1e-11 };
-/// Largest factor of one step.
-const LEAP: f64 = 30.0;
-/// Changes that are no longer halved, and smaller than this, are the rounding of the sums.
-const ROUNDING: f64 = 1e-7;
-
 /// Where the iteration ended.
 pub(super) struct Ended {
     pub theta: Vec<f64>,
+    /// Correlation times that were sought.
+    pub times: Vec<f64>,
     pub point: Point,
-    pub inference: Inference,
+    pub likelihood: Likelihood,
     /// Components that the rows tell apart.
     pub kept: Vec<usize>,
     /// Components that are zero, and have none of the spread of the others.
@@ -333,8 +289,8 @@ impl Problem<'_> {
         let cold = start.len() != self.members.count;
         let mut theta = if cold { self.start()? } else { start.to_vec() };
         let mut point = self.at_or_fail(&theta)?;
-        let mut inference = self.inference(&point);
-        let mut kept = self.separated(&inference);
+        let mut likelihood = self.likelihood(self.lines, &point, &theta)?;
+        let mut kept = self.separated(&likelihood);
         // what the start had found inseparable stays so
         kept.retain(|g| cold || theta[*g] != 0.0);
         for (component, state) in self.component.iter().zip(&mut self.state) {
@@ -348,30 +304,37 @@ impl Problem<'_> {
         }
         if kept.len() < self.members.count {
             point = self.at_or_fail(&theta)?;
-            inference = self.inference(&point);
+            likelihood = self.likelihood(self.lines, &point, &theta)?;
         }
-        let at_floor = vec![false; self.members.count];
-        let could_be = vec![None; self.members.count];
-        let mut ended = Ended {
+        // those that are sought were set
+        let tau = |line: &usize| self.lines[*line].memory.as_ref().and_then(|memory| memory.tau).unwrap_or(1.0);
+        let ended = Ended {
             theta,
+            times: self.times.iter().map(tau).collect(),
             point,
-            inference,
+            likelihood,
             kept,
-            at_floor,
+            at_floor: vec![false; self.members.count],
             restricted: None,
-            could_be,
+            could_be: vec![None; self.members.count],
             is_open: false,
             iterations: 0,
             converged: false,
         };
-        self.iterate(&mut ended, limits)?;
+        let mut ended = self.iterate(ended, limits)?;
         let zero: Vec<usize> = self.component.iter().flatten().copied().filter(|c| ended.at_floor[*c]).collect();
-        for c in &zero {
-            let spread = (2.0 / ended.inference.s[(*c, *c)]).sqrt();
-            ended.could_be[*c] = Some((ended.theta[*c].abs() * spread).sqrt()).filter(|sd| sd.is_finite());
+        if !zero.is_empty() {
+            // what is told of a variance at its floor is less than rounding
+            let mut above = ended.theta.clone();
+            zero.iter().for_each(|c| above[*c] *= SEEN);
+            let expected = self.likelihood(self.lines, &self.at_or_fail(&above)?, &above)?.expected;
+            for c in &zero {
+                let sd = (above[*c].abs() * (2.0 / expected[(*c, *c)]).sqrt()).sqrt();
+                ended.could_be[*c] = Some(sd).filter(|sd| sd.is_finite());
+            }
         }
         if !zero.is_empty() && ended.converged && self.pattern.is_simple {
-            self.below_zero(&mut ended, &zero, limits)?;
+            ended = self.below_zero(ended, &zero, limits)?;
         }
         for (component, state) in self.component.iter().zip(&mut self.state) {
             if component.is_some_and(|c| zero.contains(&c) || ended.at_floor[c]) {
@@ -382,62 +345,47 @@ impl Problem<'_> {
     }
 
     pub(super) fn at_or_fail(&self, theta: &[f64]) -> Result<Point> {
-        self.at(self.lines, theta)?.ok_or_else(|| {
-            Malformed::new(Fault::Value, "the variances of the random effects are not a covariance matrix")
-        })
+        self.at(self.lines, theta)?.ok_or_else(no_covariance)
     }
 
-    /// Steps from where `ended` is; a component keeps its sign.
-    fn iterate(&self, ended: &mut Ended, limits: Limits) -> Result<()> {
-        let Ended { theta, point, inference, kept, at_floor, iterations, converged, .. } = ended;
-        (*iterations, *converged) = (0, kept.is_empty());
-        let mut before = f64::INFINITY;
-        while !*converged && *iterations < limits.steps {
-            crate::stop::poll();
-            *iterations += 1;
-            let floor = self.floors(theta);
-            for g in kept.iter() {
-                // a floor may rise with the noise of the rows; released where the likelihood grows upwards
-                at_floor[*g] =
-                    theta[*g].abs() <= floor[*g] * (1.0 + 1e-9) && inference.squares[*g] <= inference.redundancy[*g];
-            }
-            let free: Vec<usize> = kept.iter().copied().filter(|g| !at_floor[*g]).collect();
-            let change = step(inference, &free, LEAP);
-            let largest = change.iter().fold(0.0_f64, |most, c| most.max(c.abs()));
-            let rounding = largest < ROUNDING && largest > 0.5 * before;
-            before = largest;
-            if largest <= limits.settled || rounding || free.is_empty() {
-                *converged = true;
-                break;
-            }
-            // shares of a step on the scale of logarithms
-            let factor: Vec<f64> = change.iter().map(|c| 1.0 + c).collect();
-            let mut share = 1.0;
-            loop {
-                let mut trial = theta.clone();
-                for (g, t) in free.iter().zip(&factor) {
-                    let size = (theta[*g].abs() * t.powf(share)).max(floor[*g]).max(f64::MIN_POSITIVE);
-                    trial[*g] = size.copysign(theta[*g]);
-                }
-                if let Some(next) = self.at(self.lines, &trial)? {
-                    let room = 1e-10 * (1.0 + point.deviance.abs());
-                    let better = next.deviance <= point.deviance + room || next.basis != point.basis;
-                    if better || share < 1e-3 || !next.deviance.is_finite() {
-                        (*theta, *point) = (trial, next);
-                        break;
-                    }
-                } else if share < 1e-6 {
-                    return Ok(());
-                }
-                share *= 0.5;
-            }
-            *inference = self.inference(point);
-        }
-        Ok(())
+    /// To the top from where `ended` is; a component keeps its sign.
+    fn iterate(&self, ended: Ended, limits: Limits) -> Result<Ended> {
+        let count = self.members.count;
+        let sign: Vec<f64> = ended.theta.iter().map(|theta| theta.signum()).collect();
+        let theta = |at: &[f64]| -> Vec<f64> { at.iter().zip(&sign).map(|(x, sign)| sign * x.exp()).collect() };
+        let times: Vec<(f64, f64)> = self.times.iter().map(|line| time::range(&self.lines[*line])).collect();
+        let range = |at: &[f64]| -> Vec<(f64, f64)> {
+            let floors =
+                self.floors(&theta(at)).into_iter().map(|floor| (floor.max(f64::MIN_POSITIVE).ln(), f64::INFINITY));
+            floors.chain(times.iter().copied()).collect()
+        };
+        let mut look = |at: &[f64]| -> Result<Option<(Likelihood, Point)>> {
+            let (theta, mut lines) = (theta(at), Cow::Borrowed(self.lines));
+            self.times.iter().zip(&at[count..]).for_each(|(line, x)| time::set(lines.to_mut(), *line, x.exp()));
+            let Some(point) = self.at(&lines, &theta)? else { return Ok(None) };
+            Ok(Some((self.likelihood(&lines, &point, &theta)?, point)))
+        };
+        let movable: Vec<usize> = ended.kept.iter().copied().chain(count..count + self.times.len()).collect();
+        let start = ended.theta.iter().map(|theta| theta.abs().ln()).chain(ended.times.iter().map(|tau| tau.ln()));
+        let found = (ended.likelihood, ended.point);
+        let alike = |a: &Point, b: &Point| a.basis == b.basis;
+        let scoring = self.times.is_empty();
+        let mut hill = Hill { range: &range, look: &mut look, alike: &alike, scoring, limits };
+        let Climbed { at, found: (likelihood, point), iterations, converged } =
+            hill.climb(start.collect(), found, &movable)?;
+        let floors = range(&at);
+        // released where the likelihood grows upwards
+        let is_at_floor = |g: usize| {
+            let is_low = at[g] <= floors[g].0 + AT_END || (g >= self.groups && likelihood.is_unseen(g));
+            is_low && likelihood.gradient[g] >= 0.0
+        };
+        let at_floor = (0..count).map(|g| ended.kept.contains(&g) && is_at_floor(g)).collect();
+        let times = at[count..].iter().map(|x| x.exp()).collect();
+        Ok(Ended { theta: theta(&at), times, point, likelihood, at_floor, iterations, converged, ..ended })
     }
 
     /// Go on below zero with components that the restricted likelihood leaves there.
-    fn below_zero(&self, ended: &mut Ended, zero: &[usize], limits: Limits) -> Result<()> {
+    fn below_zero(&self, ended: Ended, zero: &[usize], limits: Limits) -> Result<Ended> {
         let memory = |c: &usize| {
             let own = |(line, own): (&ScatterLine, &Option<usize>)| *own == Some(*c) && line.memory.is_none();
             self.lines.iter().zip(&self.component).any(own)
@@ -453,15 +401,16 @@ impl Problem<'_> {
             }
             match self.at(self.lines, &theta)? {
                 Some(point) if point.deviance < ended.point.deviance => break (theta, point),
-                _ if open.is_empty() || share < 10.0 * UNSEEN => return Ok(()),
+                _ if open.is_empty() || share < 10.0 * UNSEEN => return Ok(ended),
                 _ => share *= 0.2,
             }
         };
-        let inference = self.inference(&point);
-        let mut further = Ended {
+        let likelihood = self.likelihood(self.lines, &point, &theta)?;
+        let below = Ended {
             theta,
+            times: Vec::new(),
             point,
-            inference,
+            likelihood,
             kept: ended.kept.clone(),
             at_floor: ended.at_floor.clone(),
             restricted: Some(ended.theta.clone()),
@@ -470,12 +419,10 @@ impl Problem<'_> {
             iterations: 0,
             converged: false,
         };
-        self.iterate(&mut further, limits)?;
-        further.iterations += ended.iterations;
-        match further.converged {
-            true => *ended = further,
-            false => ended.is_open = true,
-        }
-        Ok(())
+        let further = self.iterate(below, limits)?;
+        Ok(match further.converged {
+            true => Ended { iterations: ended.iterations + further.iterations, ..further },
+            false => Ended { is_open: true, ..ended },
+        })
     }
 }

@@ -1,4 +1,4 @@
-//! The restricted likelihood of parts of the rows, and Newton's way to its top.
+//! The restricted likelihood, and the way to its top: from sums over parts of the rows (`chain.rs`) or from whitened rows (`inference.rs`).
 //!
 //! ```text
 //! D = sum_p (rows_p ln w_p + log|V1_p|) + log|M_AA| + y' P y,          M = sum_p C' V1_p^-1 C / w_p,   C = [A y]
@@ -9,10 +9,11 @@
 //!
 //! Parameters are logarithms of variances and of correlation times; `M_k`, `M_kh` are derivatives of the sums that the parts bring (`chain.rs`). H. D. Patterson,
 //! R. Thompson 1971; derivatives of the profiled criterion in these forms: D. Bates, M. Maechler, B. Bolker, S. Walker, J. Stat. Software 67 (2015), 1; D. M. Bates,
-//! MixedModels.jl. Kenward and Roger's addition to `Phi` is `-sum W_kh (Phi_kh - Phi R_kh Phi/2)` in variances themselves (`inference.rs` has the other form).
+//! MixedModels.jl. Kenward and Roger's addition to `Phi` is `-sum W_kh (Phi_kh - Phi R_kh Phi/2)` in variances themselves. The expected information of variances is
+//! `S_kh = tr P V_k P V_h`; where `(log|V|)_kh` is not known the average information `r' M_kh r/2 - v_k' v_h` stands for it (A. R. Gilmour, R. Thompson, B. R. Cullis 1995).
 #![allow(
     clippy::indexing_slicing,
-    reason = "slots hold numbers of parameters, for each of which there is a logarithm, a range and a derivative; parts are as many as the model has"
+    reason = "slots hold numbers of parameters, for each of which there is a logarithm, a range and a derivative; parts are as many as the model has; sums have as many derivatives as there are parameters"
 )]
 
 use super::chain::{Part, TimeNoise};
@@ -72,6 +73,30 @@ pub struct NoiseModel {
     pub columns: usize,
 }
 
+/// Sums over all rows at some noise, with their derivatives by the logarithms of what is free.
+pub(super) struct Sums {
+    /// `M`.
+    pub whole: Mat<f64>,
+    /// `M_k`.
+    pub first: Vec<Mat<f64>>,
+    /// `M_kh`, `h <= k`; none where it is zero.
+    pub second: Vec<Vec<Option<Mat<f64>>>>,
+    /// `log|V|`.
+    pub logarithm: f64,
+    /// `(log|V|)_k`.
+    pub log_first: Vec<f64>,
+    /// `(log|V|)_kh`, `h <= k`; none where it is not known.
+    pub log_second: Vec<Vec<Option<f64>>>,
+}
+
+impl Sums {
+    /// Nothing being free.
+    pub fn of(whole: Mat<f64>) -> Self {
+        let (first, second, log_first, log_second) = Default::default();
+        Sums { whole, first, second, logarithm: 0.0, log_first, log_second }
+    }
+}
+
 /// The likelihood at some noise, with its derivatives by the logarithms of what is free.
 #[derive(Debug, Clone)]
 pub struct Likelihood {
@@ -81,14 +106,14 @@ pub struct Likelihood {
     pub gradient: Vec<f64>,
     /// Its second derivatives.
     pub bend: Mat<f64>,
+    /// The expected information of variances, or the average one.
+    pub expected: Mat<f64>,
     /// The solution, in the columns that the parts have.
     pub solution: Vec<f64>,
     /// Covariance of the unknowns.
     pub covariance: Mat<f64>,
     /// `(log|V|)_k + tr F_k`: what of the rows belongs to each variance.
     pub redundancy: Vec<f64>,
-    /// Its derivatives.
-    redundancy_bend: Mat<f64>,
     /// `L^-1`, `F_k` and `F_kh`, `k` before `h <= k`; none where it is zero.
     inverse: Mat<f64>,
     forms: Vec<Mat<f64>>,
@@ -118,6 +143,8 @@ const SETTLED: f64 = 1e-10;
 const ROUNDING: f64 = 1e-7;
 /// Longest step of a logarithm.
 const LONGEST: f64 = 2.0;
+/// Eigenvalues of the scaled second derivatives are taken as this at least: a tenth of the least that components have which are told apart (`problem.rs`).
+const FLATTEST: f64 = 1e-9;
 /// Information of a logarithm and slope by it below which the likelihood says nothing of it: its standard uncertainty would be a factor of e^10^6, and the
 /// slope is the rounding of sums over 10^7 rows (1e-16 of each). A variance on its way to zero has less information, and a slope.
 const UNTOLD: f64 = 1e-12;
@@ -127,6 +154,12 @@ const FLAT: f64 = 1e-9;
 const ZERO: f64 = 1e-6;
 /// Steps that are longer than this are Fisher's, where only variances are free: Newton's leaves a third-order rest of about its square, a tenth here.
 const NEAR: f64 = 0.3;
+/// Largest factor of one of Fisher's steps.
+const LEAP: f64 = 30.0;
+/// A step that does no good however short it is: the rounding of the deviance, whose square root is this at most.
+const SHORTEST: f64 = 1e-6;
+/// Logarithms that differ by less than this from the end of a range are at it: ends follow other variances.
+pub(super) const AT_END: f64 = 1e-9;
 
 impl NoiseModel {
     /// Which of the free parameters are correlation times.
@@ -139,80 +172,21 @@ impl NoiseModel {
     /// not independent in them.
     pub fn likelihood(&self, logarithms: &[f64], parts: &[Part]) -> Option<Likelihood> {
         let (n, free) = (self.columns, self.range.len());
-        let mut whole: Mat<f64> = Mat::zeros(n + 1, n + 1);
-        let mut deviance = 0.0;
+        let zero = || Mat::zeros(n + 1, n + 1);
+        let mut sums = Sums {
+            first: vec![zero(); free],
+            second: (0..free).map(|k| vec![None; k + 1]).collect(),
+            log_first: vec![0.0; free],
+            log_second: (0..free).map(|k| vec![Some(0.0); k + 1]).collect(),
+            ..Sums::of(zero())
+        };
         for (own, part) in self.parts.iter().zip(parts) {
             let white = own.white.at(logarithms);
-            whole += &part.gram[0] * Scale(1.0 / white);
-            deviance += part.rows * white.ln() + part.log_determinant[0];
+            sums.whole += &part.gram[0] * Scale(1.0 / white);
+            sums.logarithm += part.rows * white.ln() + part.log_determinant[0];
+            own.derivatives(part, white, &mut sums);
         }
-        let cholesky = whole.as_ref().subrows(0, n).subcols(0, n).llt(Side::Lower).ok()?;
-        let lower = cholesky.L().to_owned();
-        let solution = cholesky.solve(whole.as_ref().subrows(0, n).subcols(n, 1));
-        let squares = whole[(n, n)] - (0..n).map(|j| whole[(j, n)] * solution[(j, 0)]).sum::<f64>();
-        let mut inverse = Mat::<f64>::identity(n, n);
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-            lower.as_ref(),
-            inverse.as_mut(),
-            faer::Par::Seq,
-        );
-        deviance += 2.0 * (0..n).map(|j| lower[(j, j)].ln()).sum::<f64>() + squares;
-        let covariance = inverse.transpose() * &inverse;
-        let solution: Vec<f64> = (0..n).map(|j| solution[(j, 0)]).collect();
-        let mut found = Likelihood {
-            deviance,
-            gradient: vec![0.0; free],
-            bend: Mat::zeros(free, free),
-            solution,
-            covariance,
-            redundancy: vec![0.0; free],
-            redundancy_bend: Mat::zeros(free, free),
-            inverse,
-            forms: Vec::with_capacity(free),
-            second: Vec::with_capacity(free),
-        };
-        let mut first = vec![Mat::<f64>::zeros(n + 1, n + 1); free];
-        let mut second: Vec<Vec<Option<Mat<f64>>>> = (0..free).map(|k| vec![None; k + 1]).collect();
-        for (own, part) in self.parts.iter().zip(parts) {
-            own.derivatives(part, own.white.at(logarithms), &mut first, &mut second, &mut found);
-        }
-        let inverse = &found.inverse;
-        // L^-1 M_k r and L^-1 M_k L^-T
-        let turned = |m: &Mat<f64>| inverse * m.subrows(0, n).subcols(0, n) * inverse.transpose();
-        let rest = |m: &Mat<f64>, i: usize| m[(i, n)] - (0..n).map(|j| m[(i, j)] * found.solution[j]).sum::<f64>();
-        let along = |m: &Mat<f64>| {
-            let own: Vec<f64> = (0..n).map(|i| rest(m, i)).collect();
-            let square = rest(m, n) - own.iter().zip(&found.solution).map(|(v, x)| v * x).sum::<f64>();
-            (own, square)
-        };
-        let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>();
-        let mut shifts: Vec<Vec<f64>> = Vec::with_capacity(free);
-        let mut forms = Vec::with_capacity(free);
-        for (k, m) in first.iter().enumerate() {
-            let (own, square) = along(m);
-            let form = turned(m);
-            found.redundancy[k] += trace(&form);
-            found.gradient[k] = found.redundancy[k] + square;
-            shifts.push((0..n).map(|i| (0..=i).map(|j| inverse[(i, j)] * own[j]).sum()).collect());
-            forms.push(form);
-        }
-        let (mut bend, mut whole) = (Mat::zeros(free, free), found.redundancy_bend.clone());
-        let mut seconds = Vec::with_capacity(free);
-        for (k, row) in second.into_iter().enumerate() {
-            let mut own = Vec::with_capacity(k + 1);
-            for (h, m) in row.into_iter().enumerate() {
-                let form = m.as_ref().map(turned);
-                let square = m.as_ref().map_or(0.0, |m| along(m).1);
-                // tr F_k F_h, both symmetric
-                let crossed: f64 = (0..n).map(|j| dot(forms[k].col_as_slice(j), forms[h].col_as_slice(j))).sum();
-                whole[(k, h)] += form.as_ref().map_or(0.0, trace) - crossed;
-                bend[(k, h)] = whole[(k, h)] + square - 2.0 * dot(&shifts[k], &shifts[h]);
-                (whole[(h, k)], bend[(h, k)]) = (whole[(k, h)], bend[(k, h)]);
-                own.push(form);
-            }
-            seconds.push(own);
-        }
-        Some(Likelihood { bend, redundancy_bend: whole, forms, second: seconds, ..found })
+        Likelihood::of(sums)
     }
 
     /// At most so many of Newton's steps from a start to the top of the likelihood; `gather` brings the parts at some noise.
@@ -226,57 +200,25 @@ impl NoiseModel {
     ) -> Result<Top> {
         let mut at = start.to_vec();
         self.range.iter().zip(&mut at).for_each(|((low, high), x)| *x = x.clamp(*low, *high));
-        let mut look = |at: &[f64]| -> Result<Option<Likelihood>> {
-            crate::stop::poll();
+        let mut look = |at: &[f64]| -> Result<Option<(Likelihood, ())>> {
             let noises: Vec<TimeNoise> = self.parts.iter().map(|own| own.at(at)).collect();
-            Ok(self.likelihood(at, &gather(&noises)?))
+            Ok(self.likelihood(at, &gather(&noises)?).map(|found| (found, ())))
         };
-        let nothing =
-            || Malformed::new(Fault::Value, "the variances of the random effects are not a covariance matrix");
-        let mut found = look(&at)?.ok_or_else(nothing)?;
-        let (mut iterations, mut converged, mut before) = (0, false, f64::INFINITY);
-        while iterations < steps {
-            iterations += 1;
-            let outwards = |k: usize| {
-                let (low, high) = self.range[k];
-                (at[k] <= low && found.gradient[k] >= 0.0) || (at[k] >= high && found.gradient[k] <= 0.0)
-            };
-            let open: Vec<usize> = (0..at.len()).filter(|k| !outwards(*k)).collect();
-            let size = |step: &[f64]| step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            let mut step = newton(&found.gradient, &found.bend, &open);
-            if self.times().is_empty() {
-                // far from the top Fisher's steps, which do not run to tops where a variance vanishes
-                let scoring = newton(&found.gradient, &found.expected(), &open);
-                if size(&scoring) > NEAR || size(&step) > NEAR {
-                    step = scoring;
-                }
-            }
-            let largest = size(&step);
-            if !(largest.is_finite() && found.gradient.iter().all(|slope| slope.is_finite())) {
-                break;
-            }
-            if largest <= SETTLED || (largest < ROUNDING && largest > 0.5 * before) {
-                converged = true;
-                break;
-            }
-            before = largest;
-            let mut share = (LONGEST / largest).min(1.0);
-            let (next, there) = loop {
-                let mut trial = at.clone();
-                for (k, x) in open.iter().zip(&step) {
-                    trial[*k] = (trial[*k] + share * x).clamp(self.range[*k].0, self.range[*k].1);
-                }
-                let there = look(&trial)?;
-                let room = 1e-10 * (1.0 + found.deviance.abs());
-                match there {
-                    Some(there) if there.deviance <= found.deviance + room => break (trial, there),
-                    _ if share * largest < 1e-6 => return Ok(self.ended(at, found, iterations, true)),
-                    _ => share *= 0.3,
-                }
-            };
-            (at, found) = (next, there);
-        }
-        Ok(self.ended(at, found, iterations, converged))
+        let found = look(&at)?.ok_or_else(no_covariance)?;
+        let mut hill = Hill {
+            range: &|_| self.range.clone(),
+            look: &mut look,
+            alike: &|_, _| true,
+            scoring: self.times().is_empty(),
+            limits: Limits { steps, settled: SETTLED },
+        };
+        let all: Vec<usize> = (0..at.len()).collect();
+        let Climbed { at, found: (found, ()), iterations, converged } = hill.climb(at, found, &all)?;
+        let times = self.times();
+        let unseen = |k: usize| !times.contains(&k) && found.is_unseen(k);
+        let beyond = |k: usize| at[k] <= self.range[k].0 || at[k] >= self.range[k].1;
+        let at_end = (0..at.len()).map(|k| beyond(k) || unseen(k)).collect();
+        Ok(Top { at, found, at_end, iterations, converged })
     }
 
     /// Variance factors of the white noise of `parts`, beginning with `variance`: those in `free` at the top of the likelihood, and not below `least`. How
@@ -303,22 +245,217 @@ impl NoiseModel {
         free.iter().zip(&top.at).for_each(|(p, x)| variance[*p] = x.exp());
         Ok(top)
     }
+}
 
-    fn ended(&self, at: Vec<f64>, found: Likelihood, iterations: usize, converged: bool) -> Top {
-        let times = self.times();
-        let unseen = |k: usize| !times.contains(&k) && found.redundancy[k] <= ZERO;
-        let beyond = |k: usize| at[k] <= self.range[k].0 || at[k] >= self.range[k].1;
-        let at_end = (0..at.len()).map(|k| beyond(k) || unseen(k)).collect();
-        Top { at, found, at_end, iterations, converged }
+/// How far the steps go.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits {
+    pub steps: usize,
+    /// Change of every logarithm at which they end.
+    pub settled: f64,
+}
+
+/// A likelihood over logarithms of variances and correlation times.
+pub(super) struct Hill<'a, T> {
+    /// Least and largest of each, at some of them.
+    pub range: &'a dyn Fn(&[f64]) -> Vec<(f64, f64)>,
+    /// The likelihood, and what is kept beside it; `None` where there is no covariance.
+    pub look: &'a mut dyn FnMut(&[f64]) -> Result<Option<(Likelihood, T)>>,
+    /// Do the deviances of two of them compare?
+    pub alike: &'a dyn Fn(&T, &T) -> bool,
+    /// Are Fisher's steps taken far from the top?
+    pub scoring: bool,
+    pub limits: Limits,
+}
+
+/// Where the steps ended.
+pub(super) struct Climbed<T> {
+    pub at: Vec<f64>,
+    pub found: (Likelihood, T),
+    pub iterations: usize,
+    /// Did they settle?
+    pub converged: bool,
+}
+
+/// Variances that are no covariance.
+pub(super) fn no_covariance() -> Malformed {
+    Malformed::new(Fault::Value, "the variances of the random effects are not a covariance matrix")
+}
+
+/// The longest of some steps.
+fn size(step: &[f64]) -> f64 {
+    step.iter().fold(0.0_f64, |most, x| most.max(x.abs()))
+}
+
+impl<T> Hill<'_, T> {
+    /// From a place, and what was found there, to the top; only what is in `movable` moves. A step that lowers the likelihood is shortened.
+    ///
+    /// Errors: those of `look`.
+    pub fn climb(&mut self, mut at: Vec<f64>, mut found: (Likelihood, T), movable: &[usize]) -> Result<Climbed<T>> {
+        let (mut iterations, mut converged, mut before) = (0, movable.is_empty(), f64::INFINITY);
+        // where second derivatives are those of the average information steps may be too long each time: by how much, the slopes along the last one say
+        let (mut part, mut taken) = (1.0_f64, None::<(Vec<f64>, f64)>);
+        'steps: while !converged && iterations < self.limits.steps {
+            crate::stop::poll();
+            iterations += 1;
+            let (range, likelihood) = ((self.range)(&at), &found.0);
+            let outwards = |k: usize| {
+                let ((low, high), slope) = (range[k], likelihood.gradient[k]);
+                (at[k] <= low + AT_END && slope >= 0.0) || (at[k] >= high - AT_END && slope <= 0.0)
+            };
+            let open: Vec<usize> = movable.iter().copied().filter(|k| !outwards(*k)).collect();
+            let step = likelihood.step(&open, self.scoring);
+            let largest = size(&step);
+            if !(largest.is_finite() && open.iter().all(|k| likelihood.gradient[*k].is_finite())) {
+                break;
+            }
+            converged = largest <= self.limits.settled || (largest < ROUNDING && largest > 0.5 * before);
+            if converged {
+                break;
+            }
+            before = largest;
+            let along =
+                |step: &[f64]| -> f64 { step.iter().zip(&likelihood.gradient).map(|(x, slope)| x * slope).sum() };
+            if let Some((step, slope)) = taken.take().filter(|(step, slope)| *slope < along(step)) {
+                part = (part * slope / (slope - along(&step))).clamp(0.1, 1.0);
+            }
+            // a step of Fisher's has its bounds
+            let mut share = if self.scoring { 1.0 } else { part * (LONGEST / largest).min(1.0) };
+            loop {
+                let mut trial = at.clone();
+                for (k, x) in open.iter().zip(&step) {
+                    trial[*k] = (trial[*k] + share * x).clamp(range[*k].0, range[*k].1);
+                }
+                let room = 1e-10 * (1.0 + found.0.deviance.abs());
+                match (self.look)(&trial)? {
+                    Some(there) if there.0.deviance <= found.0.deviance + room || !(self.alike)(&there.1, &found.1) => {
+                        let moved: Vec<f64> =
+                            trial.iter().zip(&at).map(|(to, from)| if to == from { 0.0 } else { to - from }).collect();
+                        let slope = moved.iter().zip(&found.0.gradient).map(|(x, slope)| x * slope).sum();
+                        taken = Some((moved, slope));
+                        (at, found) = (trial, there);
+                        break;
+                    }
+                    there if share * largest < SHORTEST => {
+                        converged = there.is_some();
+                        break 'steps;
+                    }
+                    _ => share *= 0.3,
+                }
+            }
+        }
+        Ok(Climbed { at, found, iterations, converged })
     }
 }
 
 impl Likelihood {
-    /// The expected information of variances, `S_kh = tr P V_k P V_h = tr P V_kh - (tr P V_k)_h`.
-    fn expected(&self) -> Mat<f64> {
-        let free = self.gradient.len();
-        let own = |k: usize, h: usize| if k == h { self.redundancy[k] } else { 0.0 };
-        Mat::from_fn(free, free, |k, h| own(k, h) - self.redundancy_bend[(k, h)])
+    /// From sums; `None` where the unknowns' columns are not independent in them.
+    pub(super) fn of(sums: Sums) -> Option<Self> {
+        let Sums { whole, first, second, logarithm, log_first, log_second } = sums;
+        let (n, free) = (whole.ncols() - 1, first.len());
+        let cholesky = whole.as_ref().subrows(0, n).subcols(0, n).llt(Side::Lower).ok()?;
+        let lower = cholesky.L().to_owned();
+        let solution = cholesky.solve(whole.as_ref().subrows(0, n).subcols(n, 1));
+        let squares = whole[(n, n)] - (0..n).map(|j| whole[(j, n)] * solution[(j, 0)]).sum::<f64>();
+        let mut inverse = Mat::<f64>::identity(n, n);
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+            lower.as_ref(),
+            inverse.as_mut(),
+            faer::Par::Seq,
+        );
+        let solution: Vec<f64> = (0..n).map(|j| solution[(j, 0)]).collect();
+        // L^-1 M_k r and L^-1 M_k L^-T
+        let turned = |m: &Mat<f64>| &inverse * m.subrows(0, n).subcols(0, n) * inverse.transpose();
+        let rest = |m: &Mat<f64>, i: usize| m[(i, n)] - (0..n).map(|j| m[(i, j)] * solution[j]).sum::<f64>();
+        let along = |m: &Mat<f64>| {
+            let own: Vec<f64> = (0..n).map(|i| rest(m, i)).collect();
+            let square = rest(m, n) - own.iter().zip(&solution).map(|(v, x)| v * x).sum::<f64>();
+            (own, square)
+        };
+        let trace = |m: &Mat<f64>| (0..n).map(|i| m[(i, i)]).sum::<f64>();
+        let (mut shifts, mut forms): (Vec<Vec<f64>>, Vec<Mat<f64>>) = Default::default();
+        let (mut gradient, mut redundancy) = (vec![0.0; free], log_first);
+        for (k, m) in first.iter().enumerate() {
+            let (own, square) = along(m);
+            let form = turned(m);
+            redundancy[k] += trace(&form);
+            gradient[k] = redundancy[k] + square;
+            shifts.push((0..n).map(|i| (0..=i).map(|j| inverse[(i, j)] * own[j]).sum()).collect());
+            forms.push(form);
+        }
+        let (mut bend, mut expected) = (Mat::zeros(free, free), Mat::zeros(free, free));
+        let mut seconds = Vec::with_capacity(free);
+        for (k, row) in second.into_iter().enumerate() {
+            let mut own = Vec::with_capacity(k + 1);
+            for (h, m) in row.into_iter().enumerate() {
+                let form = m.as_ref().map(turned);
+                let square = m.as_ref().map_or(0.0, |m| along(m).1);
+                // tr F_k F_h, both symmetric
+                let crossed: f64 = (0..n).map(|j| dot(forms[k].col_as_slice(j), forms[h].col_as_slice(j))).sum();
+                let through = dot(&shifts[k], &shifts[h]);
+                // of variances themselves, in which V is linear
+                let (own_redundancy, own_square) =
+                    if k == h { (redundancy[k], gradient[k] - redundancy[k]) } else { (0.0, 0.0) };
+                expected[(k, h)] = match log_second[k][h] {
+                    Some(logarithm) => own_redundancy - (logarithm + form.as_ref().map_or(0.0, trace) - crossed),
+                    None => 0.5 * (square - own_square) - through,
+                };
+                bend[(k, h)] = own_redundancy - expected[(k, h)] + square - 2.0 * through;
+                (expected[(h, k)], bend[(h, k)]) = (expected[(k, h)], bend[(k, h)]);
+                own.push(form);
+            }
+            seconds.push(own);
+        }
+        let deviance = logarithm + 2.0 * (0..n).map(|j| lower[(j, j)].ln()).sum::<f64>() + squares;
+        let covariance = inverse.transpose() * &inverse;
+        Some(Likelihood {
+            deviance,
+            gradient,
+            bend,
+            expected,
+            solution,
+            covariance,
+            redundancy,
+            inverse,
+            forms,
+            second: seconds,
+        })
+    }
+
+    /// Is this variance as good as zero?
+    pub(super) fn is_unseen(&self, k: usize) -> bool {
+        self.redundancy[k].abs() <= ZERO
+    }
+
+    /// Fisher's or Newton's step on some of the parameters.
+    fn step(&self, open: &[usize], scoring: bool) -> Vec<f64> {
+        let step = newton(&self.gradient, &self.bend, open);
+        if !scoring {
+            return step;
+        }
+        // far from the top Fisher's steps, which do not run to tops where a variance vanishes
+        let scoring = self.scoring(open);
+        if size(&scoring) > NEAR || size(&step) > NEAR { scoring } else { step }
+    }
+
+    /// Fisher's step: relative changes `c` of the variances with `S c = -D'`, as logarithms. What would leave `1/LEAP` to `LEAP` goes as far, and the others go with
+    /// that: a variance that falls to nothing has an information that is lost in rounding.
+    fn scoring(&self, open: &[usize]) -> Vec<f64> {
+        let mut found: Vec<Option<f64>> = vec![None; self.gradient.len()];
+        let mut slope = self.gradient.clone();
+        loop {
+            let left: Vec<usize> = open.iter().copied().filter(|k| found[*k].is_none()).collect();
+            let change = newton(&slope, &self.expected, &left);
+            let bounded = |c: &f64| c.clamp(1.0 / LEAP - 1.0, LEAP - 1.0);
+            let is_beyond = change.iter().any(|c| bounded(c) != *c);
+            for (k, c) in left.iter().zip(&change).filter(|(_, c)| !is_beyond || bounded(c) != **c) {
+                found[*k] = Some(bounded(c));
+                slope.iter_mut().enumerate().for_each(|(h, slope)| *slope += self.expected[(h, *k)] * bounded(c));
+            }
+            if !is_beyond {
+                return open.iter().map(|k| found[*k].unwrap_or(0.0).ln_1p()).collect();
+            }
+        }
     }
 
     /// The first derivative of the covariance of the unknowns.
@@ -338,13 +475,10 @@ impl Likelihood {
     ///
     /// Kenward and Roger's `2 sum W_kh Phi (Q_kh - P_k Phi P_h - R_kh/4) Phi`, `R_kh = A' V^-1 V_kh V^-1 A`, is `sum W_kh (Phi R_kh Phi / 2 - Phi_kh)`: from the second
     /// derivatives of `Phi` by the variances themselves, in which `V` is linear, and by the correlation time itself, in which its slow part is.
-    pub fn costs(&self, model: &NoiseModel, among: &[usize]) -> (Mat<f64>, Mat<f64>) {
-        let times = model.times();
+    pub fn costs(&self, model: Option<&NoiseModel>, among: &[usize]) -> (Mat<f64>, Mat<f64>) {
+        let times = model.map_or_else(Vec::new, NoiseModel::times);
         let linear = !among.iter().any(|k| times.contains(k));
-        let spread = match linear {
-            true => spread(&self.expected(), among),
-            false => spread(&self.bend, among),
-        };
+        let spread = spread(if linear { &self.expected } else { &self.bend }, among);
         let n = self.covariance.nrows();
         let mut correction = Mat::<f64>::zeros(n, n);
         for k in among {
@@ -364,7 +498,7 @@ impl Likelihood {
                     let (size, time) = (size.free()?, time.free()?);
                     (size.max(time) == a && size.min(time) == b).then_some(time)
                 };
-                if let Some(time) = model.parts.iter().find_map(pair) {
+                if let Some(time) = model.and_then(|model| model.parts.iter().find_map(pair)) {
                     own -= &self.forms[time] * Scale(0.5);
                 }
                 correction += own * Scale(spread[(*k, *h)]);
@@ -393,7 +527,7 @@ pub(super) fn newton(gradient: &[f64], bend: &Mat<f64>, open: &[usize]) -> Vec<f
     let mut step = vec![0.0; open.len()];
     for e in 0..open.len() {
         let along: f64 = (0..open.len()).map(|a| vectors[(a, e)] * gradient[open[a]] / size[a]).sum();
-        let by = along / values[e].abs().max(1e-6);
+        let by = along / values[e].abs().max(FLATTEST);
         (0..open.len()).for_each(|a| step[a] -= by * vectors[(a, e)]);
     }
     step.iter().zip(&size).map(|(x, size)| x / size).collect()
@@ -401,14 +535,7 @@ pub(super) fn newton(gradient: &[f64], bend: &Mat<f64>, open: &[usize]) -> Vec<f
 
 impl PartNoise {
     /// Adds the derivatives of `M` and of `log|V|` by the logarithms of this part's parameters.
-    fn derivatives(
-        &self,
-        part: &Part,
-        white: f64,
-        first: &mut [Mat<f64>],
-        second: &mut [Vec<Option<Mat<f64>>>],
-        found: &mut Likelihood,
-    ) {
+    fn derivatives(&self, part: &Part, white: f64, sums: &mut Sums) {
         // by ln w, ln q, ln tau from those by ln w at a fixed ratio, rho and phi: d/dlnw = d/ds - d/drho
         const FIRST: [[f64; 4]; 3] = [[-1.0, -1.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]];
         // of the logarithm of the determinant, which has no product with ln w, one derivative with its sign
@@ -434,18 +561,19 @@ impl PartNoise {
             |weights: &[f64]| -> f64 { part.log_determinant.iter().zip(weights).skip(1).map(|(l, by)| l * by).sum() };
         for (slot, weights) in slots.iter().zip(&FIRST) {
             if let Some(k) = slot {
-                sum(&mut first[*k], weights);
-                found.redundancy[*k] += logarithm(weights);
+                sum(&mut sums.first[*k], weights);
+                sums.log_first[*k] += logarithm(weights);
             }
         }
         if let Some(k) = slots[0] {
-            found.redundancy[k] += part.rows;
+            sums.log_first[k] += part.rows;
         }
         for ([a, b], weights, (sign, own)) in SECOND {
             if let (Some(k), Some(h)) = (slots[a], slots[b]) {
                 let (k, h) = (k.max(h), k.min(h));
-                sum(second[k][h].get_or_insert_with(|| Mat::zeros(first[k].nrows(), first[k].ncols())), &weights);
-                found.redundancy_bend[(k, h)] += sign * part.log_determinant[own];
+                let (rows, columns) = sums.whole.shape();
+                sum(sums.second[k][h].get_or_insert_with(|| Mat::zeros(rows, columns)), &weights);
+                sums.log_second[k][h].iter_mut().for_each(|sum| *sum += sign * part.log_determinant[own]);
             }
         }
     }

@@ -1,22 +1,18 @@
 //! What is estimated of noise that is correlated in time: variances and correlation times together.
 //!
 //! Where deviations with a memory are all that scatters beside the rows' own noise, one filter along time makes rows independent (`chain.rs`) and Newton's steps
-//! lead to the top of the likelihood (`restricted.rs`). Where they meet other deviations in the same rows, variances are found at given correlation times
-//! (`problem.rs`), and Newton's steps of the profiled likelihood lead to those:
-//!
-//! ```text
-//! D_k = tr(V^-1 V_k) - tr(G' V_k G) - v' V_k v,     D_kh = S_kh - S_kt S_tt^-1 S_th,      S of k, h: correlation times, t: variances
-//! ```
+//! lead to the top of the likelihood (`restricted.rs`). Where they meet other deviations in the same rows, correlation times are sought with the variances
+//! (`problem.rs`), by the average information.
 #![allow(
     clippy::indexing_slicing,
     reason = "`open` holds numbers of lines, with one range and value each; rows and levels are those of the system and the lines, which `System::check` and `ScatterLine::levels` have seen"
 )]
 
 use super::chain::{Chain, Part, TimeNoise};
-use super::inference::Inference;
-use super::problem::{Ended, FULL, Limits, Point, Problem, UNSEEN};
-use super::restricted::{NEWTON_STEPS, NoiseModel, PartNoise, Slot, Top};
-use super::{LineState, Pattern, ScatterLine, Whitening};
+use super::inference;
+use super::problem::{Ended, FULL, Point, Problem, UNSEEN};
+use super::restricted::{Limits, NEWTON_STEPS, NoiseModel, PartNoise, Slot, Sums, Top};
+use super::{LineState, ScatterLine, Whitening};
 use crate::elements::Elements;
 use crate::error::Result;
 use faer::Mat;
@@ -49,10 +45,6 @@ const SEARCH: Limits = Limits { steps: FULL.steps, settled: 1e-8 };
 const LOOK: usize = 7;
 /// Variances of the deviation in those of the white noise at which a search may begin.
 const RATIOS: [f64; 3] = [0.1, 2.0, 40.0];
-/// Most steps to correlation times beside other deviations, their longest, and the change at which they end.
-const STEPS: usize = 30;
-const LONGEST: f64 = 1.5;
-const SETTLED: f64 = 1e-8;
 /// Share of the plain estimate of a variance below which nothing is looked for.
 const LEAST: f64 = 1e-12;
 /// How far above the plain estimate a variance may be, in logarithms.
@@ -83,15 +75,12 @@ pub(super) fn with_times(problem: &Problem<'_>, start: &[f64], known: &[f64]) ->
         let theta = along.top.at[..count].iter().map(|x| x.exp()).collect();
         return Ok(Timed { lines: Some(own), found, start: theta, along: Some(along) });
     }
-    let mut at = known.to_vec();
-    let mut start = start.to_vec();
-    let mut spread = vec![None; open.len()];
-    if at.len() != open.len() {
-        (at, start, spread) = problem.times_beside(&open, &mut own)?;
+    if known.len() != open.len() {
+        return problem.times_beside(&open, own);
     }
-    open.iter().zip(&at).for_each(|(k, tau)| set(&mut own, *k, *tau));
-    let found = open.iter().zip(at).zip(spread).map(|((k, tau), u)| (*k, tau, u)).collect();
-    Ok(Timed { lines: Some(own), found, start, along: None })
+    open.iter().zip(known).for_each(|(k, tau)| set(&mut own, *k, *tau));
+    let found = open.iter().zip(known).map(|(k, tau)| (*k, *tau, None)).collect();
+    Ok(Timed { lines: Some(own), found, start: start.to_vec(), along: None })
 }
 
 pub(super) fn set(lines: &mut [ScatterLine], line: usize, tau: f64) {
@@ -375,7 +364,7 @@ impl Along {
         let components = self.top.at.len() - self.times.len();
         let place = |k: usize| k.checked_sub(components).map_or(Some(k), |time| leaning[self.times[time]]);
         let among: Vec<usize> = self.inside().into_iter().filter(|k| place(*k).is_some()).collect();
-        let (own, correction) = self.top.found.costs(&self.model, &among);
+        let (own, correction) = self.top.found.costs(Some(&self.model), &among);
         let mut spread = Mat::zeros(count, count);
         for (k, a) in among.iter().filter_map(|k| Some((k, place(*k)?))) {
             for (h, b) in among.iter().filter_map(|h| Some((h, place(*h)?))) {
@@ -390,16 +379,16 @@ impl Problem<'_> {
     /// The adjustment with variances that were found along time; `None` where the rows do not tell some of them apart.
     pub(super) fn ended_along(&mut self, along: &Along, theta: &[f64]) -> Result<Option<Ended>> {
         let point = self.at_or_fail(theta)?;
-        let inference = self.inference(&point);
+        let likelihood = self.likelihood(self.lines, &point, theta)?;
         let at_floor = along.top.at_end[..self.members.count].to_vec();
-        let separated = self.separated(&inference);
+        let separated = self.separated(&likelihood);
         if (0..self.members.count).any(|c| !at_floor[c] && !separated.contains(&c)) {
             return Ok(None);
         }
         let could_be = |c: usize| {
             // the least factor of a group is what rounding makes of its rows: no zero
             let rounding = self.floor.get(c).is_some_and(|floor| theta[c] <= floor * (1.0 + 1e-9));
-            let spread = (2.0 / inference.s[(c, c)]).sqrt();
+            let spread = (2.0 / likelihood.expected[(c, c)]).sqrt();
             Some((theta[c] * spread).sqrt()).filter(|sd| at_floor[c] && !rounding && sd.is_finite())
         };
         let could_be = (0..self.members.count).map(could_be).collect();
@@ -410,8 +399,9 @@ impl Problem<'_> {
         }
         Ok(Some(Ended {
             theta: theta.to_vec(),
+            times: Vec::new(),
             point,
-            inference,
+            likelihood,
             kept: (0..self.members.count).collect(),
             at_floor,
             restricted: None,
@@ -423,120 +413,71 @@ impl Problem<'_> {
     }
 }
 
-/// Slope and bend of the profiled deviance by the logarithms of correlation times.
-struct Profile {
-    deviance: f64,
-    slope: Vec<f64>,
-    bend: Mat<f64>,
-    theta: Vec<f64>,
-}
-
 impl Problem<'_> {
-    /// The search for the correlation times of the lines `open` beside other deviations: the times, the variances there, standard uncertainties of the times.
-    fn times_beside(
-        &self,
-        open: &[usize],
-        lines: &mut [ScatterLine],
-    ) -> Result<(Vec<f64>, Vec<f64>, Vec<Option<f64>>)> {
+    /// The correlation times of the lines `open` beside other deviations: each from the best of a few, then together with the variances.
+    fn times_beside(&self, open: &[usize], mut lines: Vec<ScatterLine>) -> Result<Timed> {
         let ranges: Vec<(f64, f64)> = open.iter().map(|k| range(&lines[*k])).collect();
-        let mut at: Vec<f64> = ranges.iter().map(|(low, high)| 0.5 * (low + high)).collect();
-        let mut profile = |at: &[f64], start: &[f64]| self.profile((open, &mut *lines), at, start);
-        let mut here = profile(&at, &[])?;
-        for j in 0..at.len() {
-            for x in spaced(ranges[j], LOOK) {
-                let mut trial = at.clone();
-                trial[j] = x;
-                let there = profile(&trial, &here.theta)?;
-                if there.deviance < here.deviance {
-                    (at, here) = (trial, there);
+        open.iter().zip(&ranges).for_each(|(k, (low, high))| set(&mut lines, *k, (0.5 * (low + high)).exp()));
+        let mut start = Vec::new();
+        for (k, range) in open.iter().zip(&ranges) {
+            let mut best: Option<(f64, f64)> = None;
+            for x in spaced(*range, LOOK) {
+                set(&mut lines, *k, x.exp());
+                let ended = self.again(self.system, &lines)?.solve_all(&start, SEARCH)?;
+                // a start at zero would stay there
+                let usable = ended.converged && !ended.at_floor.contains(&true) && ended.theta.iter().all(|t| *t > 0.0);
+                if best.is_none_or(|(least, _)| ended.point.deviance < least) {
+                    best = Some((ended.point.deviance, x));
+                    start = if usable { ended.theta } else { Vec::new() };
                 }
             }
+            best.into_iter().for_each(|(_, x)| set(&mut lines, *k, x.exp()));
         }
-        for _ in 0..STEPS {
-            let outwards = |j: &usize| {
-                (at[*j] <= ranges[*j].0 && here.slope[*j] >= 0.0) || (at[*j] >= ranges[*j].1 && here.slope[*j] <= 0.0)
-            };
-            let free: Vec<usize> = (0..at.len()).filter(|j| !outwards(j)).collect();
-            let step = super::restricted::newton(&here.slope, &here.bend, &free);
-            let largest = step.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-            if largest <= SETTLED {
-                break;
-            }
-            let mut share = (LONGEST / largest).min(1.0);
-            let (trial, there) = loop {
-                let mut trial = at.clone();
-                for (j, x) in free.iter().zip(&step) {
-                    trial[*j] = (trial[*j] + share * x).clamp(ranges[*j].0, ranges[*j].1);
-                }
-                let there = profile(&trial, &here.theta)?;
-                let settled = share * largest <= SETTLED;
-                if settled || there.deviance <= here.deviance + 1e-10 * (1.0 + here.deviance.abs()) {
-                    break (trial, there);
-                }
-                share *= 0.3;
-            };
-            (at, here) = (trial, there);
-        }
-        let inside: Vec<usize> = (0..at.len()).filter(|j| at[*j] > ranges[*j].0 && at[*j] < ranges[*j].1).collect();
-        let spread = super::restricted::spread(&here.bend, &inside);
-        let u = |j: usize| Some(at[j].exp() * spread[(j, j)].sqrt()).filter(|u| *u > 0.0 && u.is_finite());
-        Ok((at.iter().map(|x| x.exp()).collect(), here.theta, (0..at.len()).map(u).collect()))
+        let mut problem = self.again(self.system, &lines)?;
+        problem.times = open.to_vec();
+        let Ended { theta, times, likelihood, kept, at_floor, .. } = problem.solve(&start, FULL)?;
+        let count = self.members.count;
+        let inside = |j: &usize| times[*j].ln() > ranges[*j].0 && times[*j].ln() < ranges[*j].1;
+        let free = kept.into_iter().filter(|c| !at_floor[*c]);
+        let among: Vec<usize> = free.chain((0..open.len()).filter(inside).map(|j| count + j)).collect();
+        let spread = super::restricted::spread(&likelihood.expected, &among);
+        let u = |j: usize| Some(times[j] * spread[(count + j, count + j)].sqrt()).filter(|u| *u > 0.0 && u.is_finite());
+        let found = open.iter().enumerate().map(|(j, k)| (*k, times[j], u(j))).collect();
+        open.iter().zip(&times).for_each(|(k, tau)| set(&mut lines, *k, *tau));
+        let settled = theta.iter().all(|t| *t > 0.0) && !at_floor.contains(&true);
+        Ok(Timed { lines: Some(lines), found, start: if settled { theta } else { Vec::new() }, along: None })
     }
 
-    fn profile(&self, (open, lines): (&[usize], &mut [ScatterLine]), at: &[f64], start: &[f64]) -> Result<Profile> {
-        open.iter().zip(at).for_each(|(k, x)| set(lines, *k, x.exp()));
-        let mut problem = self.again(self.system, lines)?;
-        let ended = problem.search(start, SEARCH)?;
-        // a start at zero would stay there
-        let usable = ended.converged && !ended.at_floor.contains(&true) && ended.theta.iter().all(|t| *t > 0.0);
-        let theta = if usable { ended.theta.clone() } else { Vec::new() };
-        let point = problem.at_or_fail(&ended.theta)?;
-        let mut inference = problem.inference(&point);
-        let known = inference.s.nrows();
-        let slope = open.iter().map(|k| problem.lean(&point, &mut inference, *k, &ended.theta)).collect();
-        let kept: Vec<usize> = ended.kept.iter().copied().filter(|c| !ended.at_floor[*c]).collect();
-        // what is left of the information when the variances follow
-        let spread = super::restricted::spread(&inference.s, &kept);
-        let s = &inference.s;
-        let bend = Mat::from_fn(at.len(), at.len(), |a, b| {
-            let (a, b) = (known + a, known + b);
-            let through =
-                |g: &usize| kept.iter().map(|h| s[(a, *g)] * 0.5 * spread[(*g, *h)] * s[(*h, b)]).sum::<f64>();
-            s[(a, b)] - kept.iter().map(through).sum::<f64>()
-        });
-        Ok(Profile { deviance: ended.point.deviance, slope, bend, theta })
-    }
-}
-
-impl Problem<'_> {
-    /// Adds the logarithm of a line's correlation time to what the components contribute; the slope of the deviance by it.
-    pub(super) fn lean(&self, point: &Point, inference: &mut Inference, line: usize, theta: &[f64]) -> f64 {
-        let variance = self.variances(theta)[line];
-        let start = self.pattern.first[line];
-        let whitening = &point.whitening;
-        let turn = |white: &[f64]| {
-            let back = whitening.carry_back(white);
-            whitening.whiten(&lean(&self.lines[line], &self.pattern, start, variance, &back))
-        };
-        let q = &point.estimate.factor.q;
-        let mut white = Mat::zeros(q.nrows(), q.ncols());
-        for a in 0..q.ncols() {
-            white.col_as_slice_mut(a).copy_from_slice(&turn(q.col_as_slice(a)));
+    /// Adds the logarithm of a line's correlation time to the parameters of a likelihood.
+    pub(super) fn lean(
+        &self,
+        lines: &[ScatterLine],
+        point: &Point,
+        line: usize,
+        theta: &[f64],
+        (sums, turned): (&mut Sums, &mut Vec<Mat<f64>>),
+    ) {
+        let (whitening, q) = (&point.whitening, &point.estimate.factor.q);
+        let columns = q.ncols() + 1;
+        let column = |k: usize| if k < q.ncols() { q.col_as_slice(k) } else { &point.estimate.residuals };
+        let mut white = Mat::zeros(q.nrows(), columns);
+        for k in 0..columns {
+            let back = whitening.carry_back(column(k));
+            let own = lean(&lines[line], self.variances(theta)[line], &back);
+            white.col_as_slice_mut(k).copy_from_slice(&whitening.whiten(&own));
         }
-        let residuals = &point.estimate.residuals;
-        let moved = turn(residuals);
-        let square = crate::linear::dot(residuals, &moved);
-        inference.add(q, white, moved);
-        let own = &inference.gamma[inference.gamma.len() - 1];
-        let trace = (0..own.nrows()).map(|i| own[(i, i)]).sum::<f64>();
-        self.log_determinant_slope(line, whitening.sd(), theta) - trace - square
+        let gram = Mat::from_fn(columns, columns, |a, b| -crate::linear::dot(column(a), white.col_as_slice(b)));
+        let first = (&gram + gram.transpose()) * faer::Scale(0.5);
+        let slope = self.log_determinant_slope(lines, line, whitening.sd(), theta);
+        let unknown = vec![None; turned.len() + 1];
+        inference::add(sums, turned, (first, white), slope, unknown);
     }
 
     /// `tr(V^-1 V_k)` for the logarithm of a correlation time: central differences of the logarithm of the determinant, of fourth order.
-    fn log_determinant_slope(&self, line: usize, sd: &[f64], theta: &[f64]) -> f64 {
+    fn log_determinant_slope(&self, lines: &[ScatterLine], line: usize, sd: &[f64], theta: &[f64]) -> f64 {
         const STEP: f64 = 1e-2;
         let variances = self.variances(theta);
-        let mut lines = self.lines.to_vec();
+        let mut lines = lines.to_vec();
         // the line has a correlation time: it is one of those that were set
         let tau = lines[line].memory.as_ref().and_then(|memory| memory.tau).unwrap_or(1.0);
         let mut at = |x: f64| {
@@ -547,43 +488,15 @@ impl Problem<'_> {
     }
 }
 
-/// `tau dV/dtau y` of a line whose deviations begin at `start`: central differences of the correlations, in two passes along each chain.
-fn lean(line: &ScatterLine, pattern: &Pattern, start: usize, variance: f64, values: &[f64]) -> Vec<f64> {
-    const STEP: f64 = 1e-4;
+/// `tau dV/dtau y` of a line.
+fn lean(line: &ScatterLine, variance: f64, values: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; values.len()];
-    let Some(memory) = &line.memory else { return out };
-    let Some(tau) = memory.tau else { return out };
-    let levels = line.levels();
-    let mut felt = vec![0.0; levels];
-    line.felt.iter().filter(|f| f.row < values.len()).for_each(|f| felt[f.level] += f.by * values[f.row]);
-    let at = |l: usize| memory.time.at(l);
-    let before = |l: usize| pattern.before[start + l].map(|d| d - start);
-    let mut order: Vec<usize> = (0..levels).collect();
-    // one run where none are told apart
-    let run = |l: usize| memory.run.get(l).copied().unwrap_or(0);
-    order.sort_by(|a, b| run(*a).cmp(&run(*b)).then(at(*a).total_cmp(&at(*b))));
-    let correlated = |tau: f64| -> Vec<f64> {
-        let mut sum = felt.clone();
-        let left = |l: usize| before(l).map(|b| (b, (-(at(l) - at(b)).abs() / tau).exp()));
-        let (mut forward, mut backward) = (felt.clone(), felt.clone());
-        for l in &order {
-            if let Some((b, rho)) = left(*l) {
-                let came = rho * forward[b];
-                forward[*l] += came;
-                sum[*l] += came;
-            }
-        }
-        for l in order.iter().rev() {
-            if let Some((b, rho)) = left(*l) {
-                let came = rho * backward[*l];
-                backward[b] += came;
-                sum[b] += came;
-            }
-        }
-        sum
-    };
-    let (more, less) = (correlated(tau * STEP.exp()), correlated(tau * (-STEP).exp()));
-    let slope: Vec<f64> = more.iter().zip(&less).map(|(a, b)| variance * (a - b) / (2.0 * STEP)).collect();
-    line.felt.iter().filter(|f| f.row < values.len()).for_each(|f| out[f.row] += f.by * slope[f.level]);
+    let Some((memory, tau)) = line.memory.as_ref().and_then(|memory| Some((memory, memory.tau?))) else { return out };
+    let (felt, order) = (line.gathered(values), memory.order(line.levels()));
+    let before = memory.carried(&felt, tau, order.iter());
+    let after = memory.carried(&felt, tau, order.iter().rev());
+    for own in line.felt.iter().filter(|own| own.row < values.len()) {
+        out[own.row] += own.by * variance * (before[own.level].1 + after[own.level].1);
+    }
     out
 }

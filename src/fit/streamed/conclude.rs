@@ -405,7 +405,7 @@ impl Noised {
         let pairs = found.free.iter().flatten().zip(self.places.iter().flatten());
         let among: Vec<usize> = pairs.filter_map(|(is_free, place)| place.filter(|_| *is_free)).collect();
         let told = told.unwrap_or(self);
-        let (covariances, correction) = told.likelihood.costs(&told.model, &among);
+        let (covariances, correction) = told.likelihood.costs(Some(&told.model), &among);
         let spread = Mat::from_fn(among.len(), among.len(), |a, b| covariances[(among[a], among[b])]);
         let component = |s: usize, which: usize| {
             let place = self.places[s][which]?;
