@@ -8,7 +8,7 @@ use super::elimination::Whitening;
 use super::inference::{Inference, LeftOut, Membership};
 use super::{LineState, Pattern, ScatterLine};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Elimination, Estimate, ScaleHints, Settings, System, adjust_on_hinted, groups};
+use crate::estimate::{Elimination, Estimate, ScaleHints, Settings, System, adjust_on, groups};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
@@ -120,7 +120,7 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn adjust(&self, system: &System) -> Result<Estimate> {
-        adjust_on_hinted(system, self.elimination, &ScaleHints::default(), self.settings)
+        adjust_on(system, self.elimination, &ScaleHints::default(), self.settings)
     }
 
     /// The rows made independent at these variances of the components; `lines` are the problem's, or those with other correlation times.
