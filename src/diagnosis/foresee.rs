@@ -183,8 +183,8 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
         sharing: None,
     };
     let score = Score::new(&problem, priors);
-    let mut from = |group: &Alike| score.named_from(*group.members.first()?, noise.clone(), settings.probability);
-    let of_groups: Vec<Option<(f64, f64)>> = groups.iter().map(&mut from).collect();
+    let first: Vec<usize> = groups.iter().filter_map(|group| group.members.first()).copied().collect();
+    let of_groups = score.named_from(&first, noise, settings.probability);
     let seen = of_groups.iter().flatten().map(|(t, _)| *t);
     // the plainest of all; where a schedule shows none, one that competes with chance alone
     let usual = seen.reduce(f64::min).unwrap_or_else(|| priors.threshold(settings.probability));
@@ -202,7 +202,6 @@ pub fn foresee(campaign: &Campaign, catalogue: &[Effect], noise: &Noise) -> Resu
             .reduce(|a, b| if b.1 > a.1 { b } else { a });
         prospect.minimal = Some(minimal);
     }
-    let first: Vec<usize> = groups.iter().filter_map(|group| group.members.first()).copied().collect();
     for (g, group) in groups.iter_mut().enumerate() {
         let Some(&place) = first.get(g) else { continue };
         let Some(u) = prospects.get(place).and_then(|p| p.u) else { continue };

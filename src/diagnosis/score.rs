@@ -1221,66 +1221,109 @@ impl Score {
     }
 
     /// The `t` from which what could stand in an effect's place has a probability, if it is what the readings show and the noise is known, with its
-    /// standard deviation over some columns of noise given it. Single effects and remainders compete:
+    /// standard deviation over some columns of noise given it; for each of some candidates. Single effects and remainders compete:
     ///
     /// ```text
     /// t_i = c t + e_i,     -2 ln p(K, x) = ln|V| - sum_d w_d (p_d t + e_d)^2,    w = x^2 l/(1 + x^2 l),   c, p: cosines with the effect's column
+    /// e = n - a p,         sum_d w (p t + n - a p)^2 = sum w n^2 + 2 (t - a) sum w p n + (t - a)^2 sum w p^2,    n: noise, a: its part along the effect
     /// ```
-    pub fn named_from(&self, candidate: usize, noise: std::ops::Range<usize>, probability: f64) -> Option<(f64, f64)> {
-        let first = usize::from(self.standing(candidate)?);
-        let along = Rc::clone(self.cosines(first));
-        let open: Vec<usize> = (0..along.len()).filter(|j| self.norm[*j] > 0.0 && self.prior[*j].is_finite()).collect();
+    pub fn named_from(
+        &self,
+        candidates: &[usize],
+        noise: std::ops::Range<usize>,
+        probability: f64,
+    ) -> Vec<Option<(f64, f64)>> {
+        let scale = self.nu.sqrt();
+        let width = 0.5 * 2f64.ln() / self.settings.range();
+        let sizes = self.grid();
+        // each remainder of each size: its kernel, its weights, what of ln p no effect changes, and sum w n^2 of each noise
+        let remainders: Vec<(usize, Vec<f64>, f64, Vec<f64>)> = (1..self.kernels.len())
+            .flat_map(|kernel| sizes.iter().map(move |x| (kernel, *x)))
+            .map(|(kernel, x)| {
+                let (at, weights) = (&self.kernels[kernel], self.shrink(kernel, x));
+                let volume: f64 = at.lambda.iter().map(|l| (1.0 + x * x * l).ln()).sum();
+                let square = |column: usize| {
+                    let along = weights.iter().zip(at.along_c.col_as_slice(column));
+                    scale * scale * along.map(|(w, n)| w * n * n).sum::<f64>()
+                };
+                let squares = noise.clone().map(square).collect();
+                (kernel, weights, self.prior_of(kernel, &[]) + width.ln() - 0.5 * volume, squares)
+            })
+            .collect();
+        let noises: Vec<Rc<[f64]>> = noise.clone().map(|column| Rc::clone(self.cosines(column))).collect();
+        let named = |candidate: &usize| {
+            let first = usize::from(self.standing(*candidate)?);
+            let along = Rc::clone(self.cosines(first));
+            // of each remainder sum w p^2, and sum w p n of each noise
+            let crossed = |(kernel, weights, ..): &(usize, Vec<f64>, f64, Vec<f64>)| {
+                let columns = &self.kernels[*kernel].along_c;
+                let effect = columns.col_as_slice(first);
+                let weighted: Vec<f64> = effect.iter().zip(weights).map(|(p, w)| p * w).collect();
+                let with = noise.clone().map(|column| scale * product(&weighted, columns.col_as_slice(column)));
+                (product(&weighted, effect), with.collect::<Vec<f64>>())
+            };
+            let crossed: Vec<(f64, Vec<f64>)> = remainders.iter().map(crossed).collect();
+            let thresholds = noises.iter().enumerate().map(|(draw, row)| {
+                let projection = row[first] * scale;
+                let orthogonal: Vec<f64> =
+                    row.iter().zip(along.iter()).map(|(n, c)| n * scale - c * projection).collect();
+                // ln p of a remainder: a + b (t - projection) + c (t - projection)^2
+                let outside: Vec<[f64; 3]> = remainders
+                    .iter()
+                    .zip(&crossed)
+                    .map(|((.., constant, squares), (pp, pn))| [constant + 0.5 * squares[draw], pn[draw], 0.5 * pp])
+                    .collect();
+                self.named_beside(first, &along, (&orthogonal, projection), &outside, probability)
+            });
+            let thresholds: Vec<f64> = thresholds.collect::<Option<_>>()?;
+            let count = thresholds.len() as f64;
+            let mean = thresholds.iter().sum::<f64>() / count;
+            let variance = thresholds.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
+            (count > 0.0).then(|| (mean, variance.sqrt()))
+        };
+        candidates.iter().map(named).collect()
+    }
+
+    /// The `t` from which a candidate's class has a probability, beside one noise (its part orthogonal to the candidate, and that along it) and remainders,
+    /// each with the coefficients of its ln p by powers of `t` less that part. `None` where no size is enough.
+    fn named_beside(
+        &self,
+        first: usize,
+        along: &[f64],
+        (orthogonal, projection): (&[f64], f64),
+        outside: &[[f64; 3]],
+        probability: f64,
+    ) -> Option<f64> {
         let each = 0.5 * std::f64::consts::TAU.ln() - (2.0 * self.settings.range()).ln() + self.kernel_prior(0);
         let nothing = self.prior_of(0, &[]);
-        let width = 0.5 * 2f64.ln() / self.settings.range();
-        let sizes: Vec<(usize, f64)> =
-            (1..self.kernels.len()).flat_map(|kernel| self.grid().into_iter().map(move |x| (kernel, x))).collect();
-        let mut thresholds: Vec<f64> = vec![];
-        for column in noise {
-            let scale = self.nu.sqrt();
-            let row = self.cosines(column);
-            let projection = row[first] * scale;
-            let orthogonal: Vec<f64> = (0..along.len()).map(|j| row[j] * scale - along[j] * projection).collect();
-            // ln p of a remainder: a + b t + c t^2
-            let mut remainders: Vec<[f64; 3]> = vec![];
-            for &(kernel, size) in &sizes {
-                let (shrink, at) = (self.shrink(kernel, size), &self.kernels[kernel]);
-                let volume: f64 = at.lambda.iter().map(|l| (1.0 + size * size * l).ln()).sum();
-                let mut sum = [self.prior_of(kernel, &[]) + width.ln() - 0.5 * volume, 0.0, 0.0];
-                for (d, w) in shrink.iter().enumerate() {
-                    let p = at.along_c[(d, first)];
-                    let e = at.along_c[(d, column)] * scale - p * projection;
-                    sum = [sum[0] + 0.5 * w * e * e, sum[1] + w * p * e, sum[2] + 0.5 * w * p * p];
+        let open: Vec<usize> = (0..along.len()).filter(|j| self.norm[*j] > 0.0 && self.prior[*j].is_finite()).collect();
+        let share = |t: f64| {
+            let score = |j: usize| along[j] * t + orthogonal[j];
+            let like = |j: usize| 0.5 * score(j).powi(2) + each;
+            let outside = outside.iter().map(|[a, b, c]| a + (b + c * (t - projection)) * (t - projection));
+            let top = open.iter().map(|j| like(*j)).chain(outside.clone()).fold(nothing, f64::max);
+            let is_plain = like(first) - nothing >= PLAIN;
+            let (mut class, mut all) =
+                (0.0, (nothing - top).exp() + outside.map(|value| (value - top).exp()).sum::<f64>());
+            for j in &open {
+                let value = (like(*j) - top).exp() * self.likely(*j, score(*j), 1.0);
+                all += value;
+                if self.replaces(like(first) - like(*j), is_plain, || along[*j].abs()) {
+                    class += value;
                 }
-                remainders.push(sum);
             }
-            let share = |t: f64| {
-                let score = |j: usize| along[j] * t + orthogonal[j];
-                let like = |j: usize| 0.5 * score(j).powi(2) + each;
-                let is_plain = like(first) - nothing >= PLAIN;
-                let in_class = |j: usize| self.replaces(like(first) - like(j), is_plain, || along[j].abs());
-                let value = |j: &usize| (in_class(*j), like(*j) + self.likely(*j, score(*j), 1.0).ln());
-                let values: Vec<(bool, f64)> = open.iter().map(value).collect();
-                let outside = remainders.iter().map(|[a, b, c]| a + b * t + c * t * t);
-                let class: Vec<f64> = values.iter().filter(|(is_own, _)| *is_own).map(|(_, value)| *value).collect();
-                let all: Vec<f64> = values.iter().map(|(_, value)| *value).chain(outside).chain([nothing]).collect();
-                (log_sum(&class) - log_sum(&all)).exp()
-            };
-            // what is not named from thirty standard uncertainties on never is
-            let (mut low, mut high) = (1.0, 30.0);
-            if share(high) < probability {
-                return None;
-            }
-            for _ in 0..12 {
-                let middle = 0.5 * (low + high);
-                if share(middle) >= probability { high = middle } else { low = middle }
-            }
-            thresholds.push(high);
+            class / all
+        };
+        // what is not named from thirty standard uncertainties on never is
+        let (mut low, mut high) = (1.0, 30.0);
+        if share(high) < probability {
+            return None;
         }
-        let count = thresholds.len() as f64;
-        let mean = thresholds.iter().sum::<f64>() / count;
-        let variance = thresholds.iter().map(|t| (t - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0);
-        (count > 0.0).then(|| (mean, variance.sqrt()))
+        for _ in 0..12 {
+            let middle = 0.5 * (low + high);
+            if share(middle) >= probability { high = middle } else { low = middle }
+        }
+        Some(high)
     }
 
     /// For each set visited the sum of p over its kernels, in that of the best.

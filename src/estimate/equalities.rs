@@ -137,30 +137,12 @@ impl Equations {
     }
 }
 
-/// Adjust a system whose unknowns satisfy equations; everything in the result is in the user's unknowns, and exact on the equations.
+/// Adjust a system whose unknowns satisfy equations, with what is known of the groups' scales beforehand; everything in the result is in the user's
+/// unknowns, and exact on the equations. [`super::adjust`] where there are none.
 ///
 /// `x = offset + N t`, `t = argmin |W (y - A offset - A N t)|`, `cov x = N cov(t) N'`; degrees of freedom grow by the number of equations.
 /// Errors: those of [`super::adjust`].
-///
-/// ```
-/// use tumble::estimate::{Equation, Equations, Group, Settings, System, adjust_on};
-/// // Three angles of a triangle, 180 in all; each gets a third of the misclosure of 3.
-/// let system = System {
-///     rows: faer::Mat::identity(3, 3), observed: vec![59.0, 61.0, 63.0], u: vec![1.0; 3], group: vec![Group::Known; 3],
-/// };
-/// let sum = Equation { terms: vec![(0, 1.0), (1, 1.0), (2, 1.0)], value: 180.0 };
-/// let Equations::Consistent(elimination) = Equations::new(3, &[1.0; 3], &[sum]) else { panic!() };
-/// let triangle = adjust_on(&system, &elimination, &Settings::default())?;
-/// assert!((triangle.unknowns.solution[0] - 58.0).abs() < 1e-12 && triangle.dof == 1);
-/// assert!((triangle.unknowns.covariance[(0, 0)] - 2.0 / 3.0).abs() < 1e-12);
-/// # Ok::<(), tumble::error::Malformed>(())
-/// ```
-pub fn adjust_on(system: &System, elimination: &Elimination, settings: &Settings) -> Result<Estimate> {
-    adjust_on_hinted(system, Some(elimination), &ScaleHints::default(), settings)
-}
-
-/// The same with what is known of the groups' scales beforehand; [`super::adjust`] where there are no equations.
-pub(crate) fn adjust_on_hinted(
+pub(crate) fn adjust_on(
     system: &System,
     elimination: Option<&Elimination>,
     hints: &ScaleHints<'_>,

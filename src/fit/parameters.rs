@@ -483,11 +483,6 @@ impl Angle {
     pub fn u_arcsec(&self) -> Option<f64> {
         self.u.map(|u| u * ARCSEC)
     }
-
-    /// Its expanded uncertainty at the level of the fit, in arcseconds.
-    pub fn expanded_arcsec(&self) -> Option<f64> {
-        self.expanded.map(|u| u * ARCSEC)
-    }
 }
 
 impl Fit {

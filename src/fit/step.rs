@@ -12,7 +12,7 @@ use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::{
     self, Elimination, Equation, Equations, Estimate, Group, NO_REDUNDANCY, Restricted, ScaleHints, Scattered, Stepped,
-    System, Whitening, adjust_on_hinted, adjust_scattered, restrict, scattered_with,
+    System, Whitening, adjust_on, adjust_scattered, restrict, scattered_with,
 };
 use faer::Mat;
 
@@ -197,7 +197,7 @@ fn adjusted(
         let least = if elimination.is_some() { Vec::new() } else { rounding(campaign, design, system) };
         let solve = |system: &System, elimination: Option<&Elimination>, given: &[Option<f64>]| {
             let hints = ScaleHints { start: &[], least: &least, given };
-            adjust_on_hinted(system, elimination, &hints, &settings.adjust)
+            adjust_on(system, elimination, &hints, &settings.adjust)
         };
         // the scale of one group alone decides no weights
         let several = system.group.iter().any(|group| system.group.first() != Some(group));
@@ -235,7 +235,7 @@ pub(crate) fn adjust_meeting_equations(
     settings: &crate::estimate::Settings,
 ) -> Result<Estimate> {
     let (elimination, _) = Rules::at(campaign, point).eliminate(system, system.rows.ncols());
-    adjust_on_hinted(system, elimination.as_ref(), &ScaleHints::default(), settings)
+    adjust_on(system, elimination.as_ref(), &ScaleHints::default(), settings)
 }
 
 /// Equations of the campaign that contradict each other, by index of the constraint.

@@ -13,7 +13,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 ///
 /// The information of a design is `M = M0 + sum over chosen j of X_j' X_j`, where `X_j` is `rows x unknowns`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Blocks {
+pub(super) struct Blocks {
     unknowns: usize,
     rows: usize,
     count: usize,

@@ -112,12 +112,6 @@ impl Judgement {
         let product = if inside { self.covariance[(i, i)] * self.covariance[(j, j)] } else { 0.0 };
         (product > 0.0).then(|| (self.covariance[(i, j)] / product.sqrt()).clamp(-1.0, 1.0))
     }
-
-    /// The largest predicted standard uncertainty of an angle, in radians; `None` where an angle is not estimable or there is none.
-    pub fn largest_angle_u(&self) -> Option<f64> {
-        let tilts: Option<Vec<f64>> = self.parameters.iter().filter(|p| p.kind == Kind::Tilt).map(|p| p.u).collect();
-        tilts?.into_iter().reduce(f64::max)
-    }
 }
 
 /// Judge a schedule (or the positions of a campaign; its values play no part) at its reference point; [`super::judged_at`] sets that.

@@ -18,7 +18,7 @@
 //! | `criterion.rs` | D, A, G, I, E and c in the coordinates of the pool; gradients of requested quantities |
 //! | `objective.rs` | objectives to be minimised, their values, and the worst of several variances |
 //! | `problem.rs` | an exchange problem, and its designs |
-//! | `search.rs` | all designs where there are few, else many starts; the least number for which something is found; a choice among plain rows |
+//! | `search.rs` | all designs where there are few, else many starts; the least number for which something is found |
 //! | `state.rs` | a design in the making: what every candidate that comes (and a block that goes) does to the objective, and exchanges |
 //! | `exchange.rs` | one start: a first design, exchanges, perturbations; within a budget mountings that move and costs spent anew |
 //! | `prices.rs` | what chosen portions cost together |
@@ -55,7 +55,6 @@ mod search;
 mod state;
 mod whitened;
 
-pub use blocks::Blocks;
 pub use candidates::{Unit, Zone, sweep, without};
 pub(crate) use candidates::{conditions_read, from_schedule, sweep_with_rates};
 pub use criterion::Criterion;
@@ -69,13 +68,11 @@ pub use improve::improve;
 pub(crate) use improve::{Improvement, Reason, SearchRecord};
 pub use judge::judge;
 pub(crate) use judge::{Judgement, Predicted, PredictedDerived, ThroughTilts, gradients, is_angle, repeated};
-pub use objective::{Combinations, Objective};
 pub use order::{Order, ordered};
 pub use point::judged_at;
 pub(crate) use point::{Judged, Lacking, PointSource};
 pub use question::extended;
 pub(crate) use request::Progress;
 pub use request::{Method, Refinement, Request};
-pub use search::choose;
 pub(crate) use whitened::Independent;
 pub use whitened::Term;

@@ -7,7 +7,7 @@
 //! (F. Pukelsheim, Optimal Design of Experiments, 1993, 6.4; D_s: A. C. Atkinson, A. N. Donev, R. D. Tobias, Optimum Experimental Designs, 2007, 10.3.)
 #![allow(
     clippy::indexing_slicing,
-    reason = "`Objective::fits` has made sure of a row at least and of the unknowns in each; packed triangles and lists are made here over the rows of a block, with one entry for each candidate or replacement"
+    reason = "criteria and goals have a row at least, each in the coordinates of the pool; packed triangles and lists are made here over the rows of a block, with one entry for each candidate or replacement"
 )]
 
 use super::blocks::{Blocks, invert, largest, packed, sandwich, square};
@@ -16,7 +16,7 @@ use faer::{Mat, Side};
 
 /// The objective that the exchange minimises, in the coordinates of the blocks.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Objective {
+pub(super) enum Objective {
     /// `-log det M`: D.
     Determinant,
     /// `tr(W M^-1)`, `W` symmetric and row by row: A, and c with `W = c c'`.
@@ -33,18 +33,6 @@ pub enum Objective {
 pub(super) const FEW: usize = 64;
 
 impl Objective {
-    /// Is it a function of `n` unknowns?
-    pub(super) fn fits(&self, n: usize) -> bool {
-        match self {
-            Objective::Determinant => true,
-            Objective::Trace(w) => w.len() == n * n,
-            Objective::Largest(rows) => rows.unknowns() == n,
-            Objective::Eigenvalue(functions) | Objective::Volume(functions) => {
-                functions.0.nrows() > 0 && functions.0.ncols() == n
-            }
-        }
-    }
-
     /// Its value for an information matrix of `n` unknowns; `None` where that is singular.
     pub(super) fn value(&self, m: &[f64], n: usize) -> Option<f64> {
         crate::stop::poll();
@@ -119,15 +107,12 @@ impl Objective {
 
 /// Linear functions of the unknowns: rows of `T`, in the coordinates of the blocks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Combinations(pub(super) Mat<f64>);
+pub(super) struct Combinations(pub(super) Mat<f64>);
 
 impl Combinations {
     /// Each row is one function of the unknowns.
     pub fn new(rows: Vec<Vec<f64>>) -> Self {
-        let n = rows.first().map_or(0, Vec::len);
-        // rows of several lengths are functions of no unknowns, which no problem has
-        let n = if rows.iter().all(|row| row.len() == n) { n } else { 0 };
-        Combinations(Mat::from_fn(rows.len(), n, |i, j| rows[i][j]))
+        Combinations(Mat::from_fn(rows.len(), rows.first().map_or(0, Vec::len), |i, j| rows[i][j]))
     }
 
     /// How many functions.

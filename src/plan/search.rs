@@ -1,17 +1,13 @@
 //! The search: all designs where there are few, else many starts of exchanges, until their number or the effort is spent.
 //!
 //! Every design there is, where there are few enough: the best of them is proven to be the best.
-//!
-//! A choice among plain rows, without benches: for other programs, and for tests against full enumeration.
 #![allow(
     clippy::indexing_slicing,
     reason = "`ways` has `choose + 1` entries and is indexed by 0 to `choose`; `chosen` holds numbers of the problem's candidates, of which `settled` has one entry each"
 )]
 
-use super::blocks::Blocks;
-use super::bound::{Bound, bound};
+use super::bound::Bound;
 use super::exchange::{descend, start};
-use super::objective::Objective;
 use super::prices::Till;
 use super::problem::{Design, Problem, information};
 use super::request::Request;
@@ -224,62 +220,4 @@ fn grow(
         }
     }
     Some(())
-}
-
-/// A choice among plain rows.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Choice {
-    /// Candidates, sorted, with repeats.
-    pub chosen: Vec<usize>,
-    /// The objective, by a fresh factorisation: `-log det M`, `tr(W M^-1)`, the largest `x' M^-1 x`, or the largest eigenvalue.
-    pub value: f64,
-    /// Starts that ended there.
-    pub hits: usize,
-    /// How many designs there are, where all were tried: none is better.
-    pub enumerated: Option<u64>,
-    /// The bound of the approximate design: no choice has a smaller value.
-    pub bound: Option<f64>,
-    /// The objective of the approximate design; the bound is loose by no more than the difference.
-    pub weights_reach: Option<f64>,
-}
-
-/// The best choice of `count` among plain blocks of rows, each at most `most_repeats` times. The bound costs more than one start, so it is computed
-/// only on request. `None` where no such choice determines the unknowns, or an objective has another number of unknowns.
-///
-/// ```
-/// use tumble::plan::{Blocks, Objective, choose};
-/// // a straight line on [-1, 1]: two readings at each end, det M = 4 * 4
-/// let line = Blocks::from_fn(21, 1, 2, |j, _, c| if c == 0 { 1.0 } else { j as f64 / 10.0 - 1.0 });
-/// let best = choose(&line, 4, usize::MAX, &Objective::Determinant, 1, 7, true).unwrap();
-/// assert_eq!(best.chosen, [0, 0, 20, 20]);
-/// assert!((best.value + 16f64.ln()).abs() < 1e-12 && (best.bound.unwrap() - best.value) > -1e-4);
-/// ```
-pub fn choose(
-    blocks: &Blocks,
-    count: usize,
-    most_repeats: usize,
-    objective: &Objective,
-    starts: usize,
-    seed: u64,
-    with_bound: bool,
-) -> Option<Choice> {
-    let n = blocks.unknowns();
-    // without a row or an unknown nothing can be determined
-    if !objective.fits(n) || n == 0 || blocks.rows() == 0 || blocks.count() == 0 {
-        return None;
-    }
-    let base = vec![0.0; n * n];
-    let problem = Problem { choose: count, most_repeats, ..Problem::of(blocks, &base, objective) };
-    let bound = if with_bound { bound(blocks, &base, objective, count as f64) } else { None };
-    let request = Request { starts, seed, ..Request::default() };
-    let limits = Limits { effort: EFFORT, ..Limits::of(&request, &Vec::new) };
-    let Outcome { design, hits, enumerated, .. } = search(&problem, &limits, || bound.clone())?;
-    Some(Choice {
-        chosen: design.chosen,
-        value: design.value,
-        hits,
-        enumerated,
-        bound: bound.as_ref().map(|b| b.value),
-        weights_reach: bound.map(|b| b.reached),
-    })
 }

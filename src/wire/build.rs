@@ -171,18 +171,22 @@ impl Campaign {
     /// A campaign on this bench, parameter by parameter and reading by reading; without values read it is a schedule.
     ///
     /// ```
-    /// use tumble::{Bench, Campaign, fit};
+    /// use tumble::campaign::{Asked, Given};
     /// use tumble::wire::{ReadingBuilder, SensorBuilder};
-    /// let bench = Bench::builder("line").sensor("y", SensorBuilder::new("", "a + b*x")).build()?;
+    /// use tumble::{Bench, Campaign, fit};
+    /// let bench = Bench::builder("line").sensor("y", SensorBuilder::new("V", "a + b*x + c")).build()?;
     /// let at = |x: f64, y: f64| ReadingBuilder::new().column("x", x).value("y", y);
     /// let campaign = Campaign::builder(&bench)
-    ///     .estimate("a")
     ///     .estimate("b")
-    ///     .reading(at(0.0, 1.0))
-    ///     .reading(at(1.0, 3.0))
-    ///     .reading(at(2.0, 4.0))
+    ///     .estimate_with("a", Asked { start: Some(1.0), ..Asked::default() })
+    ///     .known_with("c", Given { value: 500.0, unit: Some("mV".into()), ..Given::default() })
+    ///     .reading(at(0.0, 1.5))
+    ///     .reading(at(1.0, 3.5))
+    ///     .reading(at(2.0, 4.5))
     ///     .build()?;
-    /// assert!((fit(&campaign, &Default::default())?.parameter("b")?.value.unwrap() - 1.5).abs() < 1e-15);
+    /// let line = fit(&campaign, &Default::default())?;
+    /// let value = |id: &str| line.parameter(id).map(|own| own.value.unwrap());
+    /// assert!((value("b")? - 1.5).abs() < 1e-14 && (value("a")? - 7.0 / 6.0).abs() < 1e-14);
     /// # Ok::<(), tumble::Malformed>(())
     /// ```
     pub fn builder(bench: &Bench) -> CampaignBuilder {
@@ -245,19 +249,14 @@ impl CampaignBuilder {
     }
 
     /// What scatters beyond the readings' own noise: standard deviation `u` in `unit`, a new value per `reading`, `position`, `campaign` or column.
-    pub fn scatter(self, of: impl Into<String>, per: impl Into<String>, u: f64, unit: impl Into<String>) -> Self {
-        self.scatter_with(ScatterRequest {
+    pub fn scatter(mut self, of: impl Into<String>, per: impl Into<String>, u: f64, unit: impl Into<String>) -> Self {
+        self.file.scatter.push(ScatterRequest {
             of: OneOrSeveral::One(of.into()),
             per: Some(per.into()),
             u: Some(NumberOrEstimate::Number(u)),
             unit: Some(unit.into()),
             ..ScatterRequest::default()
-        })
-    }
-
-    /// The same with all that a file can say: several at once, estimated, correlated in time.
-    pub fn scatter_with(mut self, line: ScatterRequest) -> Self {
-        self.file.scatter.push(line);
+        });
         self
     }
 

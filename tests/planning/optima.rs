@@ -1,8 +1,9 @@
 //! The search against full enumeration in numpy (tests/scripts/plan_enumeration.py), budgets and goals among nested candidates, orders, what is kept.
 
 use crate::plan_support::*;
+use nalgebra::{DMatrix, DVector};
 use tumble::campaign::{Observation, Readings};
-use tumble::plan::{self, Blocks, Combinations, Costs, Criterion, Goal, Noise, Objective, Offer, Order, Request, Unit};
+use tumble::plan::{self, Costs, Criterion, Goal, Noise, Offer, Order, Request, Unit};
 use tumble::report;
 
 /// Problems with 1e5 to 4e5 designs, most of them more than are tried one by one: the exchanges end at the least value of all designs, by D, A, c, G and E.
@@ -13,30 +14,40 @@ fn exchanges_find_what_numpy_enumerates() {
     for problem in problems.as_array().unwrap() {
         let number = |v: &serde_json::Value| v.as_f64().unwrap();
         let list = |v: &serde_json::Value| v.as_array().unwrap().iter().map(number).collect::<Vec<f64>>();
-        let rows: Vec<Vec<f64>> = problem["rows"].as_array().unwrap().iter().map(list).collect();
-        let (n, c) = (rows[0].len(), list(&problem["c"]));
-        let choose = problem["choose"].as_u64().unwrap() as usize;
-        let repeats = if problem["repeats"] == 1 { 1 } else { usize::MAX };
-        let blocks = Blocks::from_fn(rows.len(), 1, n, |j, _, k| rows[j][k]);
-        let square = |f: &dyn Fn(usize, usize) -> f64| (0..n * n).map(|k| f(k / n, k % n)).collect::<Vec<f64>>();
-        for (name, objective) in [
-            ("D", Objective::Determinant),
-            ("A", Objective::Trace(square(&|i, j| f64::from(u8::from(i == j))))),
-            ("c", Objective::Trace(square(&|i, j| c[i] * c[j]))),
-            ("G", Objective::Largest(blocks.clone())),
-            ("E", Objective::Eigenvalue(Combinations::new(identity(n)))),
+        let rows: Vec<Vec<Vec<f64>>> = problem["rows"].as_array().unwrap().iter().map(|row| vec![list(row)]).collect();
+        let (n, c) = (rows[0][0].len(), list(&problem["c"]));
+        let line: Vec<String> = c.iter().enumerate().map(|(k, c)| format!("({c:?})*p{k}")).collect();
+        let (campaign, offer) = plain(&rows, &line.join(" + "));
+        for (name, criterion) in [
+            ("D", Criterion::D),
+            ("A", Criterion::A),
+            ("c", Criterion::C("c".into())),
+            ("G", Criterion::G),
+            ("E", Criterion::E),
         ] {
             let least = number(&problem["least"][name]);
-            let found = plan::choose(&blocks, choose, repeats, &objective, 100, 1, true).unwrap();
+            let request = Request {
+                readings: problem["choose"].as_u64().unwrap() as usize,
+                most_repeats: if problem["repeats"] == 1 { 1 } else { usize::MAX },
+                criterion,
+                ..Request::default()
+            };
+            let best = plan::improve(&campaign, &offer, &request).unwrap();
             // all are tried below 1e5
-            assert_eq!(found.enumerated.is_some(), problem["designs"].as_u64().unwrap() < 100_000);
-            assert!(found.bound.unwrap() <= least + 1e-9 * least.abs());
-            let short = (found.value - least) / least.abs().max(1.0);
+            assert_eq!(best.enumerated.is_some(), problem["designs"].as_u64().unwrap() < 100_000);
+            let found = by_definition(&rows, &best.schedule, name, &c);
+            // the bound: the least of all designs is no lower
+            let bound = match name {
+                "D" => found + n as f64 * best.efficiency.unwrap().ln(),
+                _ => found * best.efficiency.unwrap(),
+            };
+            assert!(bound <= least + 1e-9 * least.abs(), "{name}: {bound} {least}");
+            let short = (found - least) / least.abs().max(1.0);
             println!(
-                "{:>8} {choose} of {:>2}, {n} unknowns, {name}: {:.9} found, {least:.9} least",
+                "{:>8} {} of {:>2}, {n} unknowns, {name}: {found:.9} found, {least:.9} least",
                 problem["kind"].as_str().unwrap(),
+                request.readings,
                 rows.len(),
-                found.value
             );
             assert!(short > -1e-9, "below the least of all designs");
             missed += usize::from(short > 1e-9);
@@ -45,21 +56,47 @@ fn exchanges_find_what_numpy_enumerates() {
     assert_eq!(missed, 0, "{missed} optima were missed");
 }
 
-fn identity(n: usize) -> Vec<Vec<f64>> {
-    (0..n).map(|k| (0..n).map(|j| f64::from(u8::from(j == k))).collect()).collect()
+/// A criterion of a schedule of plain rows, as the script has it.
+fn by_definition(rows: &[Vec<Vec<f64>>], schedule: &tumble::campaign::Campaign, name: &str, c: &[f64]) -> f64 {
+    let n = c.len();
+    let matrix = |m: &[Vec<f64>]| DMatrix::from_fn(n, n, |i, j| m[i][j]);
+    let inverse = |chosen: &[usize]| matrix(&information(rows, chosen)).try_inverse().unwrap();
+    let own = inverse(&places(schedule));
+    let all = inverse(&(0..rows.len()).collect::<Vec<_>>());
+    let shares = DMatrix::from_fn(n, n, |i, j| own[(i, j)] / (all[(i, i)] * all[(j, j)]).sqrt());
+    let form = |x: &[f64]| DVector::from_column_slice(x).dot(&(&own * DVector::from_column_slice(x)));
+    match name {
+        "D" => own.determinant().ln(),
+        "A" => shares.trace(),
+        "c" => form(c),
+        "G" => rows.iter().map(|row| form(&row[0])).fold(0.0, f64::max),
+        _ => shares.symmetric_eigenvalues().max(),
+    }
 }
 
 /// The E-optimal weights of a parabola on [-1, 1] are 1/5, 3/5, 1/5, where `M` has the eigenvalue 1/5 (F. Pukelsheim, W. J. Studden, Ann. Statist.
-/// 21 (1993) 402): five readings reach `lambda_max(M^-1) = 1` exactly, and the bound says that none are better.
+/// 21 (1993) 402): five readings reach `lambda_max(M^-1) = 1` exactly, and the bound says that none are better. The three unknowns are tilts: level, they
+/// move the forces along x and y by `-v` and `u`, and an Earth rate of 1 deg/s at the equator along x by `t`.
 #[test]
 fn the_e_optimal_parabola() {
-    let parabola = Blocks::from_fn(41, 1, 3, |j, _, c| (j as f64 / 20.0 - 1.0).powi(c as i32));
-    let worst = Objective::Eigenvalue(Combinations::new(identity(3)));
-    let best = plan::choose(&parabola, 5, usize::MAX, &worst, 10, 1, true).unwrap();
-    assert_eq!(best.chosen, [0, 20, 20, 20, 40]);
-    assert!((best.value - 1.0).abs() < 1e-12, "{}", best.value);
-    let bound = best.bound.unwrap();
-    assert!(bound <= 1.0 + 1e-12 && bound > 0.999, "{bound}");
+    let places: Vec<f64> = (0..41).map(|j| f64::from(j) / 20.0 - 1.0).collect();
+    let campaign = campaign(&format!(
+        r#"{{ "bench": {{ "id": "level", "site": {{ "latitude_deg": 0, "earth_rate_deg_h": 3600 }}, "units": {{ "rate": "deg/s", "force": "g" }},
+               "chain": [ {{ "tilt": "t", "about": "z" }}, {{ "tilt": "u", "about": "x" }}, {{ "tilt": "v", "about": "y" }} ],
+               "sensors": {{ "y": {{ "model": "w_x + a_y*x - a_x*x^2" }} }} }},
+             "estimate": {{ "t": {{}}, "u": {{}}, "v": {{}} }}, "readings": [ {{ "x": {places:?} }} ] }}"#
+    ));
+    let noise = Noise::new(&campaign, &[("y".into(), 1.0)], &[]).unwrap();
+    let offer = offer(&campaign, noise, 45.0);
+    let request = Request { readings: 5, criterion: Criterion::E, ..Request::default() };
+    let best = plan::improve(&campaign, &offer, &request).unwrap();
+    let mut chosen: Vec<f64> = best.schedule.readings.rows.iter().map(|row| row.columns[0].unwrap()).collect();
+    chosen.sort_by(f64::total_cmp);
+    assert_eq!(chosen, [-1.0, 0.0, 0.0, 0.0, 1.0]);
+    let c = &best.judgement.covariance;
+    let worst = DMatrix::from_fn(3, 3, |i, j| c[(i, j)]).symmetric_eigenvalues().max();
+    assert!((worst - 1.0).abs() < 1e-12, "{worst}");
+    assert!(best.efficiency.unwrap() > 0.999, "{:?}", best.efficiency);
 }
 
 /// Two readings of `b + c cos(beta)` tell most at 0 and 180 deg, `det M = 4`. A sweep of 50 deg has 0 and 200 deg at best, so moving the angles
@@ -104,9 +141,12 @@ fn angles_move_between_the_candidates() {
 #[test]
 fn empty_candidates_end_the_search() {
     let rows = [[0.0, 0.0], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0], [0.0, 0.0]];
-    let blocks = Blocks::from_fn(240, 1, 2, |j, _, c| rows[j % 6][c]);
-    let found = plan::choose(&blocks, 5, 1, &Objective::Determinant, 40, 1, true).unwrap();
-    assert!((found.value + 6f64.ln()).abs() < 1e-9 || found.value < -(6f64.ln()), "{}", found.value);
+    let rows: Vec<Vec<Vec<f64>>> = (0..240).map(|j| vec![rows[j % 6].to_vec()]).collect();
+    let (campaign, offer) = plain(&rows, "p0");
+    let request = Request { readings: 5, most_repeats: 1, starts: 40, ..Request::default() };
+    let found = plan::improve(&campaign, &offer, &request).unwrap();
+    let value = determinant(information(&rows, &places(&found.schedule)));
+    assert!(value > 6.0 - 1e-9, "{value}");
 }
 
 /// With fewer than 1e5 designs every one is tried and the proof is complete, for G too and within budgets.

@@ -3,19 +3,22 @@
 use crate::plan_support::*;
 use tumble::campaign::Readings;
 use tumble::error::Fault;
-use tumble::plan::{self, Blocks, Costs, Criterion, Goal, Noise, Objective, Offer, Order, Request, Unit, Zone};
+use tumble::plan::{self, Costs, Criterion, Goal, Noise, Offer, Order, Request, Unit, Zone};
 use tumble::{fit, report};
 
 /// The D-optimal design of a parabola on [-1, 1] has a third of the weight at each of -1, 0, 1 (Fedorov 1972), so six readings reach
 /// det M = 4 * 2^3 = 32 exactly, and the bound says so.
 #[test]
 fn bound_of_the_parabola() {
-    let parabola = Blocks::from_fn(41, 1, 3, |j, _, c| (j as f64 / 20.0 - 1.0).powi(c as i32));
-    let best = plan::choose(&parabola, 6, usize::MAX, &Objective::Determinant, 10, 1, true).unwrap();
-    assert_eq!(best.chosen, [0, 0, 20, 20, 40, 40]);
-    assert_close((-best.value).exp(), 32.0, 1e-12);
-    let efficiency = ((best.bound.unwrap() - best.value) / 3.0).exp();
-    assert!(efficiency > 0.9999 && efficiency <= 1.0 + 1e-12, "{efficiency}");
+    let parabola: Vec<Vec<Vec<f64>>> =
+        (0..41).map(|j| vec![(0..3).map(|c| (f64::from(j) / 20.0 - 1.0).powi(c)).collect()]).collect();
+    let (campaign, offer) = plain(&parabola, "p0");
+    let best = plan::improve(&campaign, &offer, &Request { readings: 6, ..Request::default() }).unwrap();
+    assert_eq!(places(&best.schedule), [0, 0, 20, 20, 40, 40]);
+    let c = &best.judgement.covariance;
+    assert_close(determinant((0..3).map(|i| (0..3).map(|j| c[(i, j)]).collect()).collect()), 1.0 / 32.0, 1e-12);
+    let efficiency = best.efficiency.unwrap();
+    assert!(efficiency > 0.9999 && efficiency <= 1.0, "{efficiency}");
 }
 
 /// A schedule judged with the scatter of a fit's own residuals must promise what that fit reports.
@@ -183,7 +186,8 @@ fn every_angle_to_one_arcsecond_and_cheapest_costs_no_more() {
         fewest.improvement.chosen, cost, fewest.goal.is_fewest, cheapest.improvement.chosen, least
     );
     assert!(fewest.goal.reached && cheapest.goal.reached && least <= cost);
-    assert!(fewest.improvement.judgement.largest_angle_u().unwrap() * report::ARCSEC <= 1.0);
+    let angles = fewest.improvement.judgement.parameters.iter().filter_map(|p| p.u_arcsec);
+    assert!(angles.clone().count() == 5 && angles.fold(0.0, f64::max) <= 1.0);
 }
 
 #[test]

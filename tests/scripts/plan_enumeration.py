@@ -3,7 +3,7 @@
 Problems have between 1e5 and 4e5 designs, more than the program tries one by one, so that its exchanges are what is measured. Rows are those
 of benches: products of sines and cosines of two angles on a coarse grid, with two gains, and plain random rows. Writes tests/data/plan-optima.json:
 rows, number to choose, limit on repeats, and the least of -log det M (D), tr M^-1 (A), c' M^-1 c (c), the largest eigenvalue of M^-1 (E) and
-max x' M^-1 x (G).
+max x' M^-1 x (G). For A and E, which are sums over unknowns of no common unit, each is in units of its uncertainty from all rows together.
 """
 
 import itertools
@@ -35,6 +35,7 @@ def least(rows, choose, repeats, c):
     best = {"D": np.inf, "A": np.inf, "c": np.inf, "G": np.inf, "E": np.inf}
     designs = multisets(len(rows), choose, repeats)
     outer = rows[:, :, None] * rows[:, None, :]
+    unit = np.sqrt(np.linalg.inv(outer.sum(0)).diagonal())
     for part in np.array_split(designs, max(1, len(designs) // 20000)):
         m = outer[part].sum(1)
         # in units of each unknown's own information, singular ones left out
@@ -48,9 +49,10 @@ def least(rows, choose, repeats, c):
             continue
         inverse = np.linalg.inv(m)
         best["D"] = min(best["D"], -np.linalg.slogdet(m)[1].max())
-        best["A"] = min(best["A"], np.einsum("kii->k", inverse).min())
+        shares = inverse / unit[:, None] / unit
+        best["A"] = min(best["A"], np.einsum("kii->k", shares).min())
         best["c"] = min(best["c"], np.einsum("i,kij,j->k", c, inverse, c).min())
-        best["E"] = min(best["E"], np.linalg.eigvalsh(inverse)[:, -1].min())
+        best["E"] = min(best["E"], np.linalg.eigvalsh(shares)[:, -1].min())
         best["G"] = min(best["G"], np.einsum("ai,kij,aj->ka", rows, inverse, rows).max(1).min())
     return len(designs), best
 

@@ -9,7 +9,7 @@ use super::inference::{self, Carried, LeftOut, Membership};
 use super::restricted::{AT_END, Climbed, Hill, Likelihood, Limits, no_covariance};
 use super::{LineState, Pattern, ScatterLine, time};
 use crate::error::{Fault, Malformed, Result};
-use crate::estimate::{Elimination, Estimate, ScaleHints, Settings, System, adjust_on_hinted, groups};
+use crate::estimate::{Elimination, Estimate, ScaleHints, Settings, System, adjust_on, groups};
 use std::borrow::Cow;
 
 /// A variance this small beside the noise of what feels it cannot be seen.
@@ -123,7 +123,7 @@ impl<'a> Problem<'a> {
     }
 
     pub(super) fn adjust(&self, system: &System) -> Result<Estimate> {
-        adjust_on_hinted(system, self.elimination, &ScaleHints::default(), self.settings)
+        adjust_on(system, self.elimination, &ScaleHints::default(), self.settings)
     }
 
     /// The rows made independent at these variances of the components; `lines` are the problem's, or those with other correlation times.
