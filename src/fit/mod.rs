@@ -375,7 +375,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     rules::snap(campaign, &step.constraints, &mut point);
     // where Gauss-Newton has settled, the solution is the point of linearisation
     let settled_there = convergence.as_ref().is_some_and(|record| record.converged);
-    let assembled = if settled_there { None } else { Some(design::assemble(campaign, &model, &point)?) };
+    let assembled = if settled_there { None } else { Some(design.at(campaign, &model, &point)?) };
     let at_solution = assembled.as_ref().unwrap_or(&design);
     let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.own.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
@@ -404,7 +404,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     // budgets are those of the estimate without bounds, what a fault does is that of the one with them
     noise.sensitivities = on_face.unwrap_or(noise.sensitivities);
     let judged = match judged_at {
-        Some(point) if !estimate.unknowns.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
+        Some(point) if !estimate.unknowns.not_estimable.is_empty() => Some(design.at(campaign, &model, &point)?),
         _ => None,
     };
     let not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, &weak);

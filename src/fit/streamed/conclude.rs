@@ -139,11 +139,8 @@ pub(super) fn conclude(
     solution.iter_mut().zip(&change).for_each(|(x, dx)| *x += dx);
     let model = design::Model::new(&campaign)?;
     let at = design::assemble(&campaign, &model, &point)?;
-    let at_solution = if settings.estimator == Estimator::Linear {
-        design::assemble(&campaign, &model, &solution)?
-    } else {
-        at.clone()
-    };
+    let at_solution =
+        if settings.estimator == Estimator::Linear { at.at(&campaign, &model, &solution)? } else { at.clone() };
     let weighed = system::weigh(&campaign, &at, settings.weighting)?;
     let values: u64 = parts.iter().flatten().map(|part| part.rows).sum();
     let all = values + question.priors.len() as u64;
