@@ -689,12 +689,11 @@ impl Rows for RecordRows<'_> {
         });
         into.joints.refill(self.taken.joints.len(), joints)?;
         into.samples = block.sensors.first().and_then(|values| number(&values.samples)).unwrap_or(1.0);
-        into.observations.clear();
-        for (sensor, values) in block.sensors.iter().enumerate() {
-            let Some(value) = number(&values.values) else { continue };
-            into.observations.push(Observation { sensor, value, u: number(&values.u), samples: into.samples });
-        }
-        Ok(())
+        let (samples, sensors) = (into.samples, block.sensors.iter().enumerate());
+        let observation = |(sensor, values): (usize, &streamed::Observed)| {
+            number(&values.values).map(|value| Ok(Observation { sensor, value, u: number(&values.u), samples }))
+        };
+        into.observations.refill(sensors.clone().filter_map(observation).count(), sensors.filter_map(observation))
     }
 
     fn place(&self, k: usize) -> Place {

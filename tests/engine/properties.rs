@@ -236,7 +236,7 @@ fn noiseless_truth_comes_back() {
 fn redundancy_numbers_sum_to_the_degrees_of_freedom() {
     each(100, |_, question| {
         let fit = fitted(&question.campaign(Some(&question.noisy())));
-        let sum: f64 = fit.quality.iter().map(|row| row.redundancy).sum();
+        let sum: f64 = fit.quality().map(|row| row.redundancy).sum();
         assert_within(sum, fit.estimate.dof as f64, 1e-10, "sum of redundancy numbers");
         assert_eq!(fit.estimate.dof + fit.estimate.unknowns.rank, fit.design.rows.len());
         assert_eq!(fit.estimate.unknowns.rank + fit.not_estimable.len(), fit.parameters.len());

@@ -235,8 +235,8 @@ fn what_is_measured_stays() {
     let noise = Noise::new(&whole, &[("V".into(), 9e-4)], &[]).unwrap();
     // half done: ten readings have values, two positions are still to be read
     let mut rows = whole.readings.rows[..12].to_vec();
-    rows[10].observations.clear();
-    rows[11].observations.clear();
+    rows[10].observations = Vec::new().into();
+    rows[11].observations = Vec::new().into();
     let half = whole.with_readings(Readings { rows, ..whole.readings.clone() });
     let planned = half.with_readings(plan::planned(&half, &half.readings));
     let judged = plan::judge(&planned, &noise, &Costs::default()).unwrap();

@@ -242,7 +242,7 @@ fn what_hides_in_what_is_named() {
     let mut campaign = campaign(&format!("{FOLDER}/attitude.campaign.json"));
     // without the mark nothing fixes the azimuths
     for row in &mut campaign.readings.rows {
-        row.observations.retain(|o| o.sensor != 0);
+        row.observations = row.observations.iter().copied().filter(|o| o.sensor != 0).collect();
     }
     let fit = fit::fit(&campaign, &exact()).unwrap();
     let texts: String = fit.not_estimable.iter().flat_map(|s| &s.estimable).map(|c| c.text.clone() + "; ").collect();
