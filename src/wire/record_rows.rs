@@ -473,14 +473,10 @@ impl<'a> RecordRows<'a> {
             if read.slot.is_some() && read.slot == time_slot {
                 continue;
             }
-            let converted: Vec<f64> = rows.iter().map(|k| read.converted(raw.at(*k))).collect();
+            let converted = || rows.iter().map(|k| read.converted(raw.at(*k)));
+            let column = read.slot.and_then(|slot| block.columns.get_mut(slot));
             let target = read.meaning.list(&mut block.sensors, joints, &mut samples);
-            if let Some(to) = read.slot.and_then(|slot| block.columns.get_mut(slot)) {
-                over(to, converted.iter().copied());
-            }
-            if let Some(to) = target {
-                over(to, converted.into_iter());
-            }
+            column.into_iter().chain(target).for_each(|to| over(to, converted()));
         }
         for (p, stated_once) in self.patterns.iter().enumerate() {
             let fill = |to: &mut Vec<f64>, number: f64| {
