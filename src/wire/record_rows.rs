@@ -348,6 +348,12 @@ impl<'a> RecordRows<'a> {
         let count = self.raw.rows();
         rows.clear();
         pattern.clear();
+        let is_one = self.patterns.len() == 1 && self.patterns.iter().all(|p| p.position.is_empty());
+        if matches!(self.segments, Segments::All) || (is_one && matches!(self.segments, Segments::Labels)) {
+            rows.extend(0..count);
+            pattern.resize(count, 0);
+            return Ok(());
+        }
         let mut take = |k: usize, i: Option<usize>| {
             if let Some(i) = i {
                 rows.push(k);
@@ -355,10 +361,7 @@ impl<'a> RecordRows<'a> {
             }
         };
         match &self.segments {
-            Segments::All => (0..count).for_each(|k| take(k, Some(0))),
-            Segments::Labels if self.patterns.len() == 1 && self.patterns.iter().all(|p| p.position.is_empty()) => {
-                (0..count).for_each(|k| take(k, Some(0)));
-            }
+            Segments::All => {}
             Segments::Labels => {
                 let labels = self.raw.columns.get(self.read.len()).map_or(&[][..], Vec::as_slice);
                 for (k, label) in labels.iter().enumerate() {
