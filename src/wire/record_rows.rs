@@ -348,21 +348,15 @@ impl<'a> RecordRows<'a> {
         let count = self.raw.rows();
         rows.clear();
         pattern.clear();
-        let is_one = self.patterns.len() == 1 && self.patterns.iter().all(|p| p.position.is_empty());
-        if matches!(self.segments, Segments::All) || (is_one && matches!(self.segments, Segments::Labels)) {
-            rows.extend(0..count);
-            pattern.resize(count, 0);
-            return Ok(());
-        }
         let mut take = |k: usize, i: Option<usize>| {
             if let Some(i) = i {
                 rows.push(k);
                 pattern.push(i);
             }
         };
+        let is_one = self.patterns.len() == 1 && self.patterns.iter().all(|p| p.position.is_empty());
         match &self.segments {
-            Segments::All => {}
-            Segments::Labels => {
+            Segments::Labels if !is_one => {
                 let labels = self.raw.columns.get(self.read.len()).map_or(&[][..], Vec::as_slice);
                 for (k, label) in labels.iter().enumerate() {
                     if run.is_none_or(|(last, _)| last != label.to_bits()) {
@@ -386,6 +380,10 @@ impl<'a> RecordRows<'a> {
                 for (k, t) in time.iter().map(|t| t - zero).enumerate() {
                     take(k, list.iter().find(|(_, start, end)| t >= *start && t <= *end).map(|(i, ..)| *i));
                 }
+            }
+            Segments::All | Segments::Labels => {
+                rows.extend(0..count);
+                pattern.resize(count, 0);
             }
         }
         Ok(())
