@@ -167,13 +167,14 @@ impl DesignMatrix {
         let Some((_, last)) = waiting.last() else { return };
         // where they are fewer, the last one again
         let rows = std::array::from_fn(|l| waiting.get(l).map_or(*last, |(_, row)| *row));
-        let point = self.point.clone();
+        let point = std::mem::take(&mut self.point);
         let places = Instantaneous { rows, point: &point };
         model.predict_at(&campaign.bench, sensors, places, work, |place, values, slopes| {
             for (l, ((first, _), value)) in waiting.iter().zip(values).enumerate() {
                 self.put(campaign, first + place, *value, slopes.iter().map(|slope| slope.at(l)));
             }
         });
+        self.point = point;
         waiting.clear();
     }
 

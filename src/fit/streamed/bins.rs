@@ -44,8 +44,9 @@ pub(super) struct Input {
 }
 
 impl Input {
-    fn bin(&self, value: f64) -> usize {
-        number::count(BINS as f64 * (value - self.low) / (self.high - self.low)).min(BINS - 1)
+    /// Where a value lies in the range, in bins.
+    fn share(&self, value: f64) -> f64 {
+        BINS as f64 * (value - self.low) / (self.high - self.low)
     }
 }
 
@@ -54,6 +55,8 @@ pub(super) struct Binned {
     inputs: Vec<Steps>,
     /// The last block, row by row: directions, observation.
     rows: Vec<f64>,
+    /// Where the values of an input lie in its range.
+    shares: Vec<f64>,
 }
 
 /// Sums of one input.
@@ -79,7 +82,7 @@ impl Binned {
             squares: [[0.0; BINS]; BINS],
             products: vec![0.0; BINS * (directions + 1).next_multiple_of(LANES)],
         };
-        Binned { inputs: (0..inputs).map(|_| steps()).collect(), rows: Vec::new() }
+        Binned { inputs: (0..inputs).map(|_| steps()).collect(), rows: Vec::new(), shares: Vec::new() }
     }
 
     /// Takes a block that was folded: `turned` are its independent rows in the directions, observations behind them, and `residuals` those of the rows as they were
@@ -100,8 +103,10 @@ impl Binned {
         let filter = folding.filter();
         let correlated = filter.is_correlated();
         for ((steps, input), values) in self.inputs.iter_mut().zip(inputs).zip(chunk.inputs) {
-            for (i, (value, row)) in values.iter().zip(self.rows.chunks_exact(width)).enumerate() {
-                let bin = value.is_finite().then(|| input.bin(*value));
+            self.shares.clear();
+            self.shares.extend(values.iter().map(|value| input.share(*value)));
+            for (i, (share, row)) in self.shares.iter().zip(self.rows.chunks_exact(width)).enumerate() {
+                let bin = share.is_finite().then(|| number::count(*share).min(BINS - 1));
                 if let Some(bin) = bin {
                     steps.counts[bin] += 1;
                     steps.sums[bin].add(residuals[i]);
