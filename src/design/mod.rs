@@ -16,11 +16,10 @@ pub use kinematics::{Instant, Kinematics, kinematics};
 pub(crate) use line::{Context, SensorModel, indifferent_angles};
 pub(crate) use mean::Node;
 pub use mean::{Smoothness, nodes};
-use model::Instantaneous;
 pub use model::Model;
 pub(crate) use model::{Room, Together, Workspace, missing_column};
 
-use crate::campaign::{Campaign, JointState, Kind, Reading, Shared};
+use crate::campaign::{Campaign, JointState, Kind, Shared};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::mix::Mix;
@@ -95,9 +94,6 @@ impl DesignMatrix {
     }
 }
 
-/// Readings of one instant that are predicted side by side: two registers of the widest machines, as devices of one schedule are.
-const SIDE: usize = 8;
-
 fn assemble_rows(
     campaign: &Campaign,
     model: &Model,
@@ -113,79 +109,37 @@ fn assemble_rows(
         rows: rows.clone(),
         alike: alike.clone(),
     };
-    let (mut work, mut room) = (model.workspace(), Room::default());
-    let (mut sensors, mut waiting) = (Vec::new(), Vec::<(usize, &Reading)>::with_capacity(SIDE));
+    let (mut work, mut sensors, mut next) = (model.workspace(), Vec::new(), 0);
     // a campaign of many readings has few settings, and what one of them predicts is worked out once, wherever its readings stand; but a closed circle is predicted on the
     // turn of what was read, which every reading has of its own
     let turns = campaign.bench.sensors.iter().any(|sensor| sensor.turn.is_some());
-    let is_known = |row: usize, first: usize| !turns && alike.at(row) < first;
-    let mut next = 0;
     for of_reading in rows.chunk_by(|a, b| a.reading == b.reading) {
         let own = next..next + of_reading.len();
         next = own.end;
-        if own.clone().all(|row| is_known(row, own.start)) {
+        if !turns && own.clone().all(|row| alike.at(row) < own.start) {
+            own.for_each(|row| design.copy(alike.at(row), row));
             continue;
         }
-        if waiting.len() == SIDE || !sensors.iter().eq(of_reading.iter().map(|origin| &origin.sensor)) {
-            design.predict(campaign, model, &sensors, &mut waiting, (&mut work, &mut room));
-            sensors.clear();
-            sensors.extend(of_reading.iter().map(|origin| origin.sensor));
-        }
+        sensors.clear();
+        sensors.extend(of_reading.iter().map(|origin| origin.sensor));
         let reading = of_reading.first().map_or(0, |origin| origin.reading);
-        let row = model.asked(campaign, reading, &sensors, point)?;
-        if row.joints.iter().any(JointState::is_averaged) {
-            model.predict_all(campaign, reading, &sensors, point, &mut work, |place, value, gradient| {
-                design.put(campaign, own.start + place, value, gradient.iter().copied());
-            })?;
-        } else {
-            waiting.push((own.start, row));
-        }
-    }
-    design.predict(campaign, model, &sensors, &mut waiting, (&mut work, &mut room));
-    let mut next = 0;
-    for of_reading in rows.chunk_by(|a, b| a.reading == b.reading) {
-        let own = next..next + of_reading.len();
-        next = own.end;
-        if own.clone().all(|row| is_known(row, own.start)) {
-            own.for_each(|row| design.copy(alike.at(row), row));
-        }
+        model.predict_all(campaign, reading, &sensors, point, &mut work, |place, value, gradient| {
+            design.put(campaign, own.start + place, value, gradient);
+        })?;
     }
     by_inputs(campaign, model, point, (&rows, &alike), &mut design.jacobian)?;
     Ok(design)
 }
 
 impl DesignMatrix {
-    /// Predicts the readings that wait, by their first rows; they are of one instant and the same sensors.
-    fn predict(
-        &mut self,
-        campaign: &Campaign,
-        model: &Model,
-        sensors: &[usize],
-        waiting: &mut Vec<(usize, &Reading)>,
-        work: (&mut Workspace, &mut Room<SIDE>),
-    ) {
-        let Some((_, last)) = waiting.last() else { return };
-        // where they are fewer, the last one again
-        let rows = std::array::from_fn(|l| waiting.get(l).map_or(*last, |(_, row)| *row));
-        let point = std::mem::take(&mut self.point);
-        let places = Instantaneous { rows, point: &point };
-        model.predict_at(&campaign.bench, sensors, places, work, |place, values, slopes| {
-            for (l, ((first, _), value)) in waiting.iter().zip(values).enumerate() {
-                self.put(campaign, first + place, *value, slopes.iter().map(|slope| slope.at(l)));
-            }
-        });
-        self.point = point;
-        waiting.clear();
-    }
-
-    fn put(&mut self, campaign: &Campaign, row: usize, value: f64, slopes: impl Iterator<Item = f64>) {
+    fn put(&mut self, campaign: &Campaign, row: usize, value: f64, slopes: &[f64]) {
         let value = nearest_turn(campaign, self.rows.get(row), value);
         self.predicted.get_mut(row).into_iter().for_each(|slot| *slot = value);
         let parameters = self.jacobian.ncols();
-        for (j, slope) in slopes.enumerate() {
+        for (j, slope) in slopes.iter().enumerate() {
             match j.checked_sub(parameters) {
-                None => self.jacobian[(row, j)] = slope,
-                Some(joint) => self.by_joint[(row, joint)] = slope,
+                None => self.jacobian[(row, j)] = *slope,
+                Some(joint) => self.by_joint[(row, joint)] = *slope,
             }
         }
     }

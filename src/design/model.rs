@@ -110,31 +110,6 @@ impl<P: Fn(usize) -> Lane<L>, const L: usize> Places<L> for Stops<'_, P, L> {
     }
 }
 
-/// `L` readings of one instant each.
-pub(super) struct Instantaneous<'a, const L: usize> {
-    pub rows: [&'a Reading; L],
-    pub point: &'a [f64],
-}
-
-impl<const L: usize> Places<L> for Instantaneous<'_, L> {
-    #[inline(always)]
-    fn angle_deg(&self, joint: usize) -> Lane<L> {
-        lanes(|l| self.rows[l].joints.get(joint).and_then(|state| state.keys().0).unwrap_or(f64::NAN))
-    }
-    #[inline(always)]
-    fn rate_deg_s(&self, joint: usize) -> Lane<L> {
-        lanes(|l| self.rows[l].joints.get(joint).map_or(f64::NAN, JointState::rate_deg_s))
-    }
-    #[inline(always)]
-    fn column(&self, column: usize) -> Lane<L> {
-        lanes(|l| number(self.rows[l], column))
-    }
-    #[inline(always)]
-    fn parameter(&self, parameter: usize) -> Lane<L> {
-        [self.point.at(parameter); L]
-    }
-}
-
 /// Places of a list that a line is evaluated at together: the registers and bars of a tape of twenty steps then take 10 kB, a third of a first-level cache, and the cost of
 /// decoding a step is small compared with that of 32 numbers.
 const TOGETHER: usize = 32;
@@ -312,27 +287,6 @@ impl Model {
         work: &mut Workspace,
         mut visit: impl FnMut(usize, f64, &[f64]),
     ) -> Result<()> {
-        let row = self.asked(campaign, reading, sensors, point)?;
-        work.ask(self, sensors, &row.joints);
-        for first in 0..sensors.len() {
-            if let Some(smoothness) = new_smoothness(&work.gathered, first) {
-                self.gather(campaign, row, smoothness, point, work);
-            }
-        }
-        for (place, gathered) in work.gathered.iter().enumerate() {
-            visit(place, gathered.mean, &gathered.gradient);
-        }
-        Ok(())
-    }
-
-    /// A reading of which these sensors can be predicted. Errors: those of [`Model::predict`].
-    pub(super) fn asked<'a>(
-        &self,
-        campaign: &'a Campaign,
-        reading: usize,
-        sensors: &[usize],
-        point: &[f64],
-    ) -> Result<&'a Reading> {
         let row = campaign.readings.rows.get(reading);
         let row = row.ok_or_else(|| beyond("readings", reading, campaign.readings.rows.len()))?;
         if point.len() < self.parameters {
@@ -344,7 +298,16 @@ impl Model {
                 return Err(missing_column(column).at_path(&row.place));
             }
         }
-        Ok(row)
+        work.ask(self, sensors, &row.joints);
+        for first in 0..sensors.len() {
+            if let Some(smoothness) = new_smoothness(&work.gathered, first) {
+                self.gather(campaign, row, smoothness, point, work);
+            }
+        }
+        for (place, gathered) in work.gathered.iter().enumerate() {
+            visit(place, gathered.mean, &gathered.gradient);
+        }
+        Ok(())
     }
 
     /// Sum up every sensor of this smoothness over the reading's instants, by the widest instructions that there are: one at a time, or where there are several four at a
@@ -394,23 +357,6 @@ impl Model {
         self.give(sensors.len(), room, visit);
     }
 
-    /// The same at `L` places of one instant each.
-    #[expect(private_bounds, reason = "the places are those of this module")]
-    pub(super) fn predict_at<const L: usize>(
-        &self,
-        bench: &Bench,
-        sensors: &[usize],
-        places: impl Places<L>,
-        (work, room): (&mut Workspace, &mut Room<L>),
-        visit: impl FnMut(usize, &Lane<L>, &[Lane<L>]),
-    ) {
-        work.ask(self, sensors, &[]);
-        let Workspace { scratch, gathered, arch, .. } = work;
-        let (model, smoothness, places) = (self, SensorModel::INSTANT, std::iter::once((places, [1.0; L])));
-        arch.dispatch(Gather { model, bench, smoothness, gathered, places, room: &mut *room, scratch });
-        self.give(sensors.len(), room, visit);
-    }
-
     /// The line of a sensor that follows columns alone ([`Model::columns_alone`]) at `places` places, of which the columns are lists: `visit(first place, values, gradient)` for some
     /// of them at a time.
     pub(crate) fn predict_lists(
@@ -422,12 +368,14 @@ impl Model {
         (work, room): (&mut Workspace, &mut Together),
         mut visit: impl FnMut(usize, &[f64], &[Lane<TOGETHER>]),
     ) {
+        work.ask(self, &[sensor], &[]);
         for start in (0..places).step_by(TOGETHER) {
+            let Workspace { scratch, gathered, arch, .. } = &mut *work;
+            let here = std::iter::once((Listed { columns, start, point }, [1.0; TOGETHER]));
+            let (model, smoothness, room) = (self, SensorModel::INSTANT, &mut *room);
+            arch.dispatch(Gather { model, bench, smoothness, gathered, places: here, room: &mut *room, scratch });
             let count = TOGETHER.min(places - start);
-            let here = Listed { columns, start, point };
-            self.predict_at(bench, &[sensor], here, (&mut *work, &mut *room), |_, values, slopes| {
-                visit(start, &values[..count], slopes);
-            });
+            self.give(1, room, |_, values, slopes| visit(start, &values[..count], slopes));
         }
     }
 

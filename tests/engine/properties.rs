@@ -169,7 +169,7 @@ fn assert_same(a: &Fit, b: &Fit, scale: impl Fn(&str) -> f64, share: f64) {
     }
 }
 
-/// Readings that are predicted side by side are those of each reading alone, to the last bit.
+/// What a design has of a reading is what is predicted of it alone, to the last bit: also where another reading of the same setting was worked out.
 #[test]
 fn rows_of_a_design_are_those_of_each_reading_alone() {
     each(60, |k, question| {
