@@ -25,10 +25,6 @@ pub(crate) fn lanes<const L: usize>(part: impl Fn(usize) -> f64) -> Lane<L> {
     all
 }
 
-/// Places of a list that are evaluated together: the registers and bars of a tape of twenty steps then take 10 kB, a third of a first-level cache, and the cost of
-/// decoding a step is small compared with that of 32 numbers.
-const TOGETHER: usize = 32;
-
 /// A compiled model line; its inputs are the names given to [`Tape::compile`], in that order.
 ///
 /// ```
@@ -164,36 +160,6 @@ impl Tape {
     /// The places among the names of [`Tape::compile`] that the tape reads.
     pub(crate) fn reads(&self) -> &[usize] {
         &self.slots
-    }
-
-    /// The same at many places: `inputs` has a list for each of [`Tape::reads`], and `gradient` gets one for each; `values` is one list.
-    #[inline(always)]
-    pub(crate) fn gradient_of_many(
-        &self,
-        places: usize,
-        inputs: &[f64],
-        scratch: &mut Scratch,
-        values: &mut [f64],
-        gradient: &mut [f64],
-    ) {
-        if inputs.len() < self.slots.len() * places {
-            return;
-        }
-        for start in (0..places).step_by(TOGETHER) {
-            let count = TOGETHER.min(places - start);
-            // where the last are fewer, the last one again
-            let input = |k: usize| -> Lane<TOGETHER> {
-                let list = &inputs[k * places + start..k * places + start + count];
-                match list.first_chunk() {
-                    Some(whole) => *whole,
-                    None => lanes(|l| list[l.min(count - 1)]),
-                }
-            };
-            let value = self.gradient_of(input, scratch, |k, bar| {
-                gradient[k * places + start..k * places + start + count].copy_from_slice(&bar[..count]);
-            });
-            values[start..start + count].copy_from_slice(&value[..count]);
-        }
     }
 
     /// The values at several places side by side: `input` and `give` have the inputs and the derivatives for each of [`Tape::reads`].

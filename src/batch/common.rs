@@ -147,7 +147,7 @@ impl Common {
             .collect();
         let tested = gain.iter().filter(|g| **g > 0.0).count();
         drop(whitened);
-        let cells = fit::cells(campaign, &design, m);
+        let cells = fit::cells(&design, m);
         let count = cells.1;
         // something is replicated, and something is left to be lack of fit
         let are_tested = count < m && m - count < estimate.dof;

@@ -11,14 +11,12 @@ use super::common::{ILL, alone, is_plain};
 use super::device::bits;
 use super::residuals::{Sizes, Tests};
 use super::{Device, Layout, Use};
-use crate::algebra::Scratch;
 use crate::campaign::Campaign;
-use crate::design::{ColumnLine, Model, Read};
+use crate::design::{Model, Together, Workspace};
 use crate::elements::OrNan;
 use crate::estimate::eight::Eight;
 use crate::fit::{self, Estimator, Settings, Weighting};
 use crate::mix::{Mix, Numbers};
-use pulp::Arch;
 use std::hash::Hasher;
 
 /// Most readings of a device, and most sensors, that go this way.
@@ -29,6 +27,7 @@ const MOST_SENSORS: usize = 4;
 #[derive(Debug)]
 pub(super) struct Lanes {
     pub(super) asked: Asked,
+    model: Model,
     /// For each sensor of the layout, in the order of a device's values.
     pub(super) lines: Vec<SensorLine>,
     /// Their indices in the bench.
@@ -44,21 +43,13 @@ pub(super) struct Lanes {
 /// A sensor's line.
 #[derive(Debug)]
 pub(super) struct SensorLine {
-    line: Option<ColumnLine>,
-    /// What each of its lists is.
-    pub(super) from: Vec<From>,
+    sensor: usize,
+    /// The columns that it follows, each with its cell; none where rows follow the point, and are predicted elsewhere.
+    columns: Vec<(usize, usize)>,
     /// The cell of its stated uncertainty.
     u: Option<usize>,
     /// Is its value a reference, and no reading?
     pub(super) is_reference: bool,
-}
-
-#[derive(Debug, Clone, Copy)]
-pub(super) enum From {
-    /// A cell of inputs.
-    Cell(usize),
-    /// A parameter's value; the column of the design, where it is an unknown.
-    Fixed(f64, Option<usize>),
 }
 
 /// How many readings of which sensors, with or without stated uncertainties: devices that agree in it go side by side.
@@ -73,8 +64,8 @@ pub(super) struct Form {
 pub(super) struct Places {
     inputs: Vec<f64>,
     values: Vec<f64>,
-    gradient: Vec<f64>,
-    lists: Scratch,
+    work: Workspace,
+    room: Together,
 }
 
 impl Form {
@@ -119,7 +110,7 @@ impl Lanes {
             return None;
         }
         let asked = Asked::new(campaign, settings).ok()?;
-        let Asked { campaign, reference, .. } = &asked;
+        let campaign = &asked.campaign;
         fit::check_ranges(campaign).ok()?;
         let model = Model::new(campaign).ok()?;
         let inputs: Vec<&str> = layout
@@ -130,7 +121,6 @@ impl Lanes {
             .map(|(key, _)| key.as_str())
             .collect();
         let cell = |key: &str| inputs.iter().position(|input| *input == key);
-        let n = campaign.unknowns();
         let has_joints = bench.joints().next().is_some();
         if has_joints && !is_exact {
             return None;
@@ -138,21 +128,15 @@ impl Lanes {
         let line = |sensor: usize| {
             let own = bench.sensors.get(sensor)?;
             let (u, is_reference) = (cell(&format!("{}_u", own.id)), own.is_reference());
-            if is_exact {
-                return Some(SensorLine { line: None, from: Vec::new(), u, is_reference });
-            }
-            let line = model.column_line(sensor)?;
-            let from = |read: &Read| match read {
-                Read::Column(k) => cell(campaign.readings.columns.get(*k)?).map(From::Cell),
-                Read::Parameter(k) => Some(From::Fixed(*reference.get(*k)?, (*k < n).then_some(*k))),
-            };
-            let from: Vec<From> = line.reads().iter().map(from).collect::<Option<_>>()?;
-            Some(SensorLine { line: Some(line), from, u, is_reference })
+            let followed = if is_exact { Vec::new() } else { model.columns_alone(sensor)? };
+            let column = |k: usize| Some((k, cell(campaign.readings.columns.get(k)?)?));
+            let columns = followed.into_iter().map(column).collect::<Option<_>>()?;
+            Some(SensorLine { sensor, columns, u, is_reference })
         };
         let lines = layout.sensors().map(line).collect::<Option<_>>()?;
         let (width, samples) = (inputs.len(), cell("n"));
         let sensors = layout.sensors().collect();
-        Some(Lanes { lines, sensors, width, samples, is_exact, asked })
+        Some(Lanes { lines, sensors, width, samples, is_exact, model, asked })
     }
 
     /// The shape of a device; `None` for one that its own fit has to answer, or to refuse.
@@ -172,9 +156,9 @@ impl Lanes {
                 if value.is_nan() {
                     continue;
                 }
-                let lacks = |from: &From| matches!(from, From::Cell(k) if inputs[*k].is_nan());
                 let has_u = !u.is_nan();
-                if line.from.iter().any(lacks) || stated.is_some_and(|before| before != has_u) {
+                if line.columns.iter().any(|(_, k)| inputs[*k].is_nan()) || stated.is_some_and(|before| before != has_u)
+                {
                     return None;
                 }
                 // what is no uncertainty at all is refused in words elsewhere
@@ -207,7 +191,6 @@ impl Lanes {
     /// device whose numbers its own fit has to look at.
     pub(super) fn fill(
         &self,
-        arch: Arch,
         form: &Form,
         devices: &[&Device],
         eight: &mut Eight,
@@ -218,35 +201,33 @@ impl Lanes {
         eight.shape(m, n);
         for (slot, (line, (begin, count))) in self.lines.iter().zip(form.parts()).enumerate() {
             let places_here = count * LANES;
-            let lists = line.from.len() * places_here;
-            places.inputs.resize(lists.max(places.inputs.len()), 0.0);
-            for (from, list) in line.from.iter().zip(places.inputs.chunks_exact_mut(places_here.max(1))) {
-                match from {
-                    From::Cell(k) => {
-                        for l in 0..LANES {
-                            let Some(device) = devices.get(l).or(devices.last()) else { continue };
-                            let read = device.read(slot, self.lines.len());
-                            let to = list.iter_mut().skip(l).step_by(LANES);
-                            to.zip(read).for_each(|(to, (row, _))| *to = device.inputs.or_nan(row * self.width + k));
-                        }
-                    }
-                    From::Fixed(value, _) => list.fill(*value),
+            let Places { inputs, values, work, room } = &mut *places;
+            inputs.resize((line.columns.len() * places_here).max(inputs.len()), 0.0);
+            for ((_, k), list) in line.columns.iter().zip(inputs.chunks_exact_mut(places_here.max(1))) {
+                for l in 0..LANES {
+                    let Some(device) = devices.get(l).or(devices.last()) else { continue };
+                    let to = list.iter_mut().skip(l).step_by(LANES);
+                    let read = device.read(slot, self.lines.len());
+                    to.zip(read).for_each(|(to, (row, _))| *to = device.inputs.or_nan(row * self.width + k));
                 }
             }
-            let Places { inputs, values, gradient, lists: room } = &mut *places;
             // rows that follow the point are predicted elsewhere
             values.clear();
             values.resize(places_here, 0.0);
-            gradient.resize(lists, 0.0);
-            if let Some(line) = &line.line {
-                let inputs = &inputs[..lists];
-                line.gradient(arch, places_here, inputs, room, (values, gradient));
-            }
             (0..n).for_each(|j| eight.rows[j * m + begin..j * m + begin + count].fill([0.0; LANES]));
-            for (from, list) in line.from.iter().zip(gradient.chunks_exact(places_here.max(1))) {
-                if let From::Fixed(_, Some(j)) = from {
-                    eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut().copy_from_slice(list);
-                }
+            if !self.is_exact {
+                let lists = line.columns.iter().zip(inputs.chunks_exact(places_here.max(1)));
+                let lists: Vec<(usize, &[f64])> = lists.map(|((column, _), list)| (*column, list)).collect();
+                let (bench, point) = (&self.asked.campaign.bench, &self.asked.reference);
+                let asked = (lists.as_slice(), places_here);
+                self.model.predict_lists(bench, line.sensor, asked, point, (work, room), |start, own, slopes| {
+                    let here = start..start + own.len();
+                    values[here.clone()].copy_from_slice(own);
+                    for (j, slope) in slopes.iter().enumerate().take(n) {
+                        let column = eight.rows[j * m + begin..j * m + begin + count].as_flattened_mut();
+                        column[here.clone()].copy_from_slice(&slope[..own.len()]);
+                    }
+                });
             }
             for l in 0..LANES {
                 let Some(device) = devices.get(l).or(devices.last()) else { continue };
@@ -287,7 +268,7 @@ impl Lanes {
         numbers.clear();
         for (slot, line) in self.lines.iter().enumerate() {
             let at = |row: usize, k: usize| device.inputs.get(row * self.width + k).copied().map_or(0, bits);
-            let used = || line.from.iter().filter_map(|from| if let From::Cell(k) = from { Some(*k) } else { None });
+            let used = || line.columns.iter().map(|(_, k)| *k);
             for (row, _) in device.read(slot, self.lines.len()) {
                 let mut hash = Mix(slot as u64);
                 used().for_each(|k| hash.write_u64(at(row, k)));

@@ -61,7 +61,7 @@ impl Lanes {
     ) -> Vec<Option<Row>> {
         let mut rows = Vec::with_capacity(devices.len());
         for devices in devices.chunks(LANES) {
-            let sizes = self.fill(arch, form, devices, &mut room.eight, &mut room.places);
+            let sizes = self.fill(form, devices, &mut room.eight, &mut room.places);
             room.eight.solve(arch);
             self.judge(arch, tests, room);
             let solved = devices.iter().zip(sizes).enumerate();
@@ -288,7 +288,7 @@ impl Exact {
         for (row, k) in order.iter().enumerate() {
             place[*k] = row;
         }
-        let (cells, count) = fit::cells(&campaign, &design, design.rows.len());
+        let (cells, count) = fit::cells(&design, design.rows.len());
         let cells = (order.iter().map(|k| cells.at(*k)).collect(), count);
         let of_reading = |rows: &[(usize, &RowOrigin)]| {
             let reading = rows.first().map_or(0, |(_, row)| row.reading);
@@ -349,7 +349,7 @@ impl Lanes {
         let mut begin: Option<(Vec<Lane>, Vec<Lane>)> = None;
         let mut found = Vec::with_capacity(devices.len());
         for devices in devices.chunks(LANES) {
-            let sizes = self.fill(arch, form, devices, &mut room.eight, &mut room.places);
+            let sizes = self.fill(form, devices, &mut room.eight, &mut room.places);
             let values = room.eight.observed.clone();
             let mut point = reference.clone();
             let (mut settled, mut failed, mut last) = ([false; LANES], [false; LANES], [f64::INFINITY; LANES]);

@@ -26,13 +26,13 @@ pub struct Reading {
     /// Values of the numeric columns, in the order of [`Readings::columns`]; `None` where the file has none.
     pub columns: Shared<Option<f64>>,
     /// What was read, in the bench's sensor order.
-    pub observations: Vec<Observation>,
+    pub observations: Shared<Observation>,
     /// Samples averaged into each value that is read here, or is to be; 1 unless stated.
     pub samples: f64,
     /// Standard uncertainties that a schedule states for values still to be read: sensor and `u`, in the bench's sensor order.
-    pub planned_u: Vec<(usize, f64)>,
+    pub planned_u: Shared<(usize, f64)>,
     /// Texts that are no inputs (operator, remark), carried along.
-    pub remarks: Vec<(String, String)>,
+    pub remarks: Shared<(String, String)>,
     /// Where the file has this reading, for messages.
     pub place: Place,
 }
@@ -134,10 +134,10 @@ impl Default for Reading {
             position: Label::default(),
             joints: Shared::default(),
             columns: Shared::default(),
-            observations: Vec::new(),
+            observations: Shared::default(),
             samples: 1.0,
-            planned_u: Vec::new(),
-            remarks: Vec::new(),
+            planned_u: Shared::default(),
+            remarks: Shared::default(),
             place: Place::Nowhere,
         }
     }
@@ -294,9 +294,9 @@ impl JointState {
 impl Reading {
     /// The same position without values; their stated uncertainties stay, as those of values to be read.
     pub(crate) fn unread(&self) -> Reading {
-        let mut planned_u = self.planned_u.clone();
-        planned_u.extend(self.observations.iter().filter_map(|o| Some((o.sensor, o.u?))));
-        Reading { observations: Vec::new(), planned_u, ..self.clone() }
+        let stated = self.observations.iter().filter_map(|o| Some((o.sensor, o.u?)));
+        let planned_u = self.planned_u.iter().copied().chain(stated).collect();
+        Reading { observations: Shared::default(), planned_u, ..self.clone() }
     }
 
     /// The standard uncertainty that is stated for a sensor's value here, read or still to be read.
@@ -309,14 +309,13 @@ impl Reading {
     }
 
     /// Check that the means are well defined: at most one joint is averaged over, and none other turns meanwhile.
-    pub(crate) fn check_turning(&self, joints: &[&str]) -> Result<()> {
-        let turning: Vec<&str> = joints
-            .iter()
-            .zip(&self.joints)
-            .filter(|(_, state)| state.rate_deg_s() != 0.0)
-            .map(|(name, _)| *name)
-            .collect();
-        if turning.len() > 1 && self.joints.iter().any(JointState::is_averaged) {
+    pub(crate) fn check_turning(states: &[JointState], joints: &[&str]) -> Result<()> {
+        if !states.iter().any(JointState::is_averaged) {
+            return Ok(());
+        }
+        let turning = joints.iter().zip(states).filter(|(_, state)| state.rate_deg_s() != 0.0);
+        let turning: Vec<&str> = turning.map(|(name, _)| *name).collect();
+        if turning.len() > 1 {
             return Err(Malformed::new(Fault::Value, format!("two joints turn in one mean: {}", turning.join(" and ")))
                 .expected("one turning joint for each averaged reading; give every turning joint its angle too for an instantaneous sample")
                 .found(turning.iter().map(|name| format!("{name}_deg_s")).collect::<Vec<_>>().join(", ")));

@@ -142,7 +142,7 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
     let mut outputs = arguments.pages.outputs([arguments.certificate.path()])?;
     let (fit, inputs) = fitted(&question, &settings(arguments))?;
     let listed = arguments.readings.is_some() && input_files.is_empty();
-    let lists = listed || arguments.pages.json().is_some() || arguments.pages.is_asked_for();
+    let lists = listed || arguments.pages.is_asked_for();
     let mut report = if lists { report::fit_report(&fit) } else { report::fit_summary(&fit) };
     report.inputs = inputs.clone();
     if let Some(trials) = arguments.monte_carlo {
@@ -162,7 +162,12 @@ pub(super) fn run(arguments: &Arguments, lang: Language) -> Result<Outcome> {
         true => pages::document_of(&fit, &report, &inputs, lang),
         false => report::fit_document(&report, &asked, lang),
     };
-    arguments.pages.finish(outputs, &report, document)?;
+    let written = arguments.pages.json().map(|_| {
+        let mut written = report::fit_to_write(&fit);
+        (written.inputs, written.monte_carlo) = (report.inputs.clone(), report.monte_carlo.clone());
+        written
+    });
+    arguments.pages.finish(outputs, &written, document)?;
     let conforms =
         report.conformity.as_ref().is_none_or(|conformity| conformity.outcome == crate::fit::Conformity::Pass);
     Ok(if !conforms || fit.is_rejected() { Outcome::Rejected } else { Outcome::Done })

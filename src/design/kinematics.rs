@@ -54,8 +54,8 @@ impl Kinematics {
 /// order; missing joints or tilts count as zero. No small angles anywhere.
 pub fn kinematics(bench: &Bench, tilts: &[f64], instant: &Instant, out: &mut Kinematics) {
     let wanted = Wanted { fields: [true; 2], joints: out.wants_joints };
-    // no joint has the place behind all
-    out.instants.set(bench, tilts.as_chunks::<1>().0, instant, (instant.angle_deg.len(), [0.0]), wanted);
+    let (angle, rate) = (|k| [instant.angle_deg.at(k)], |k| [instant.rate_deg_s.at(k)]);
+    out.instants.set(bench, tilts.as_chunks::<1>().0, (instant.angle_deg.len(), angle, rate), wanted);
     let one = |v: &Vectors<1>| Vector3::new(v[0][0], v[1][0], v[2][0]);
     let [rate, force] = &out.instants.fields;
     (out.rate, out.force) = (one(&rate.at), one(&force.at));
@@ -127,14 +127,14 @@ struct Turn<const L: usize> {
     sin: Lane<L>,
     cos: Lane<L>,
     /// A joint's own rate, in the bench's unit.
-    rate: f64,
+    rate: Lane<L>,
     /// A tilt's factor, where it follows joints.
     factor: Lane<L>,
 }
 
 impl<const L: usize> Turn<L> {
     const NONE: Self =
-        Turn { angle: [0.0; L], in_degrees: true, sin: [0.0; L], cos: [1.0; L], rate: 0.0, factor: [1.0; L] };
+        Turn { angle: [0.0; L], in_degrees: true, sin: [0.0; L], cos: [1.0; L], rate: [0.0; L], factor: [1.0; L] };
 
     #[inline(always)]
     fn to(&mut self, angle: Lane<L>, in_degrees: bool) {
@@ -254,14 +254,13 @@ impl<const L: usize> Default for Instants<L> {
 }
 
 impl<const L: usize> Instants<L> {
-    /// As [`kinematics`] says: everything stands as in `base` but for a joint that passes `L` angles (none where there is no such joint).
+    /// As [`kinematics`] says, of so many joints with these angles and rates.
     #[inline(always)]
     pub(super) fn set(
         &mut self,
         bench: &Bench,
         tilts: &[Lane<L>],
-        base: &Instant,
-        (joint, stops): (usize, Lane<L>),
+        (joints, angle_deg, rate_deg_s): (usize, impl Fn(usize) -> Lane<L>, impl Fn(usize) -> Lane<L>),
         wanted: Wanted,
     ) {
         let Instants { fields, ground, turns, angles, scratch } = self;
@@ -271,11 +270,10 @@ impl<const L: usize> Instants<L> {
             field.by_joint.clear();
         }
         turns.resize(bench.chain.len(), Turn::NONE);
-        let at = |k: usize| if k == joint { stops } else { [base.angle_deg.at(k); L] };
         angles.clear();
         // only tilts that follow joints ask what the encoders show
         if bench.chain.iter().any(|link| matches!(link, Link::Tilt { times: Some(_), .. })) {
-            angles.extend((0..base.angle_deg.len()).map(|k| lanes(|l| shown(at(k)[l]).to_radians())));
+            angles.extend((0..joints).map(|k| lanes(|l| shown(angle_deg(k)[l]).to_radians())));
         }
         let per_deg_s = bench.units.rate.per_deg_s();
         let (mut k, mut tilt) = (0, 0);
@@ -284,8 +282,8 @@ impl<const L: usize> Instants<L> {
             let (Link::Joint { about, .. } | Link::Tilt { about, .. }) = link;
             match link {
                 Link::Joint { .. } => {
-                    turn.to(at(k), true);
-                    turn.rate = base.rate_deg_s.at(k) * per_deg_s;
+                    turn.to(angle_deg(k), true);
+                    turn.rate = rate_deg_s(k).map(|rate| rate * per_deg_s);
                     k += 1;
                 }
                 Link::Tilt { times, .. } => {
@@ -296,16 +294,16 @@ impl<const L: usize> Instants<L> {
                     // what the caller leaves out is zero
                     let size = tilts.get(tilt).copied().unwrap_or([0.0; L]);
                     turn.to(lanes(|l| turn.factor[l] * size[l]), false);
-                    turn.rate = 0.0;
+                    turn.rate = [0.0; L];
                     tilt += 1;
                 }
             }
-            for ((field, wanted_here), own) in fields.iter_mut().zip(wanted.fields).zip([turn.rate, 0.0]) {
+            for ((field, wanted_here), own) in fields.iter_mut().zip(wanted.fields).zip([turn.rate, [0.0; L]]) {
                 if wanted_here {
                     turn.apply(*about, &mut field.at);
                 }
-                if own != 0.0 {
-                    field.at[*about as usize].iter_mut().for_each(|q| *q += own);
+                if own != [0.0; L] {
+                    field.at[*about as usize].iter_mut().zip(own).for_each(|(q, own)| *q += own);
                 }
                 let by = match link {
                     Link::Tilt { .. } => &mut field.by_tilt,

@@ -34,6 +34,9 @@ pub(super) enum Slot {
 }
 
 impl SensorModel {
+    /// Of a reading of one instant, which has one node, whatever the line: the mean of a constant.
+    pub(super) const INSTANT: Smoothness = Smoothness::Trigonometric(0);
+
     /// Bind a line to a sensor of a campaign.
     ///
     /// Errors: `UnknownName` for a name that is neither an axis input of this sensor, a joint, a numeric column nor a parameter.
@@ -80,8 +83,7 @@ impl SensorModel {
     /// The smoothness in the joint over which a reading averages, or that of a single instant.
     pub fn smoothness_for(&self, joints: &[JointState]) -> Smoothness {
         let averaged = joints.iter().position(JointState::is_averaged);
-        // a reading of one instant has one node, whatever the line: the mean of a constant
-        averaged.and_then(|joint| self.smoothness.get(joint)).copied().unwrap_or(Smoothness::Trigonometric(0))
+        averaged.and_then(|joint| self.smoothness.get(joint)).copied().unwrap_or(Self::INSTANT)
     }
 
     /// Values of all slots.

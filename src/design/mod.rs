@@ -17,20 +17,21 @@ pub(crate) use line::{Context, SensorModel, indifferent_angles};
 pub(crate) use mean::Node;
 pub use mean::{Smoothness, nodes};
 pub use model::Model;
-pub(crate) use model::{ColumnLine, Read, Room, Workspace, missing_column};
+pub(crate) use model::{Room, Together, Workspace, missing_column};
 
-use crate::campaign::{Campaign, JointState, Kind};
-use crate::elements::{Elements, Parts};
+use crate::campaign::{Campaign, JointState, Kind, Shared};
+use crate::elements::Elements;
 use crate::error::Result;
-use crate::mix::{Mix, Numbers};
+use crate::mix::Mix;
 use faer::Mat;
 use std::hash::{BuildHasher, BuildHasherDefault};
+use std::sync::Arc;
 
 /// Predictions and their derivatives with respect to *every* parameter of the campaign (estimated, known, assumed zero).
 #[derive(Debug, Clone)]
 pub struct DesignMatrix {
-    /// Which value each row stands for.
-    pub rows: Vec<RowOrigin>,
+    /// Which value each row stands for; designs of one campaign at several points share the list.
+    pub rows: Shared<RowOrigin>,
     /// The reference point, one value for each parameter, in [`Campaign::parameters`] order.
     pub point: Vec<f64>,
     /// Model line at the reference point, one for each row.
@@ -39,6 +40,8 @@ pub struct DesignMatrix {
     pub jacobian: Mat<f64>,
     /// rows x joints, by the joints' angles in radians; without columns where the model was not asked for them.
     pub by_joint: Mat<f64>,
+    /// For each row the first that is alike ([`alike`]).
+    pub(crate) alike: Arc<[usize]>,
 }
 
 /// The value that a row predicts.
@@ -79,48 +82,74 @@ fn nearest_turn(campaign: &Campaign, origin: Option<&RowOrigin>, value: f64) -> 
 ///
 /// Errors: `Missing` for a column that a model line uses and a reading lacks, with the reading's place.
 pub fn assemble(campaign: &Campaign, model: &Model, point: &[f64]) -> Result<DesignMatrix> {
-    crate::stop::poll();
     let rows = rows(campaign);
-    let parameters = campaign.parameters.len();
-    let mut jacobian = Mat::zeros(rows.len(), parameters);
-    let mut by_joint = Mat::zeros(rows.len(), model.joint_derivatives());
-    let mut predicted = vec![0.0; rows.len()];
-    let mut work = model.workspace();
-    let mut sensors = Vec::new();
-    let mut start = 0;
-    let firsts = firsts(campaign, &rows);
+    let alike = alike(campaign, &rows).into();
+    assemble_rows(campaign, model, point, (rows.into(), alike))
+}
+
+impl DesignMatrix {
+    /// The same rows at another point. Errors: those of [`assemble`].
+    pub(crate) fn at(&self, campaign: &Campaign, model: &Model, point: &[f64]) -> Result<DesignMatrix> {
+        assemble_rows(campaign, model, point, (self.rows.clone(), self.alike.clone()))
+    }
+}
+
+fn assemble_rows(
+    campaign: &Campaign,
+    model: &Model,
+    point: &[f64],
+    (rows, alike): (Shared<RowOrigin>, Arc<[usize]>),
+) -> Result<DesignMatrix> {
+    crate::stop::poll();
+    let mut design = DesignMatrix {
+        point: point.to_vec(),
+        predicted: vec![0.0; rows.len()],
+        jacobian: Mat::zeros(rows.len(), campaign.parameters.len()),
+        by_joint: Mat::zeros(rows.len(), model.joint_derivatives()),
+        rows: rows.clone(),
+        alike: alike.clone(),
+    };
+    let (mut work, mut sensors, mut next) = (model.workspace(), Vec::new(), 0);
+    // a campaign of many readings has few settings, and what one of them predicts is worked out once, wherever its readings stand; but a closed circle is predicted on the
+    // turn of what was read, which every reading has of its own
+    let turns = campaign.bench.sensors.iter().any(|sensor| sensor.turn.is_some());
     for of_reading in rows.chunk_by(|a, b| a.reading == b.reading) {
-        let own = start..start + of_reading.len();
-        if firsts.part(own.clone()).iter().all(|first| *first < start) {
-            for to in own {
-                let from = firsts.at(to);
-                let before = predicted.at(from);
-                predicted.get_mut(to).into_iter().for_each(|slot| *slot = before);
-                (0..parameters).for_each(|j| jacobian[(to, j)] = jacobian[(from, j)]);
-                (0..by_joint.ncols()).for_each(|j| by_joint[(to, j)] = by_joint[(from, j)]);
-            }
-            start += of_reading.len();
+        let own = next..next + of_reading.len();
+        next = own.end;
+        if !turns && own.clone().all(|row| alike.at(row) < own.start) {
+            own.for_each(|row| design.copy(alike.at(row), row));
             continue;
         }
         sensors.clear();
         sensors.extend(of_reading.iter().map(|origin| origin.sensor));
         let reading = of_reading.first().map_or(0, |origin| origin.reading);
         model.predict_all(campaign, reading, &sensors, point, &mut work, |place, value, gradient| {
-            let i = start + place;
-            if let Some(slot) = predicted.get_mut(i) {
-                *slot = nearest_turn(campaign, of_reading.get(place), value);
-            }
-            for (j, derivative) in gradient.iter().enumerate() {
-                match j.checked_sub(parameters) {
-                    None => jacobian[(i, j)] = *derivative,
-                    Some(joint) => by_joint[(i, joint)] = *derivative,
-                }
-            }
+            design.put(campaign, own.start + place, value, gradient);
         })?;
-        start += of_reading.len();
     }
-    by_inputs(campaign, model, point, (&rows, &firsts), &mut jacobian)?;
-    Ok(DesignMatrix { rows, point: point.to_vec(), predicted, jacobian, by_joint })
+    by_inputs(campaign, model, point, (&rows, &alike), &mut design.jacobian)?;
+    Ok(design)
+}
+
+impl DesignMatrix {
+    fn put(&mut self, campaign: &Campaign, row: usize, value: f64, slopes: &[f64]) {
+        let value = nearest_turn(campaign, self.rows.get(row), value);
+        self.predicted.get_mut(row).into_iter().for_each(|slot| *slot = value);
+        let parameters = self.jacobian.ncols();
+        for (j, slope) in slopes.iter().enumerate() {
+            match j.checked_sub(parameters) {
+                None => self.jacobian[(row, j)] = *slope,
+                Some(joint) => self.by_joint[(row, joint)] = *slope,
+            }
+        }
+    }
+
+    fn copy(&mut self, from: usize, to: usize) {
+        let value = self.predicted.at(from);
+        self.predicted.get_mut(to).into_iter().for_each(|slot| *slot = value);
+        (0..self.jacobian.ncols()).for_each(|j| self.jacobian[(to, j)] = self.jacobian[(from, j)]);
+        (0..self.by_joint.ncols()).for_each(|j| self.by_joint[(to, j)] = self.by_joint[(from, j)]);
+    }
 }
 
 /// Derivatives of the readings by the inputs of the bench (gravity, latitude, rates of joints), by central differences.
@@ -131,7 +160,7 @@ fn by_inputs(
     campaign: &Campaign,
     model: &Model,
     point: &[f64],
-    (rows, firsts): (&[RowOrigin], &[usize]),
+    (rows, alike): (&[RowOrigin], &[usize]),
     jacobian: &mut Mat<f64>,
 ) -> Result<()> {
     let inputs = campaign.parameters.iter().enumerate().filter(|(_, p)| p.kind == Kind::Input);
@@ -143,7 +172,7 @@ fn by_inputs(
             let mut moved = campaign.clone();
             moved.shift_input(&parameter.id, side * step);
             let mut changes: Vec<f64> = Vec::with_capacity(rows.len());
-            for (i, (origin, first)) in rows.iter().zip(firsts).enumerate() {
+            for (i, (origin, first)) in rows.iter().zip(alike).enumerate() {
                 let change = match changes.get(*first) {
                     Some(change) => *change,
                     None => {
@@ -160,30 +189,34 @@ fn by_inputs(
     Ok(())
 }
 
-/// For each row the first that predicts the same: a campaign of many readings has few settings, and what one of them predicts is worked out once, wherever its readings
-/// stand. A closed circle is predicted on the turn of what was read, which every reading has of its own.
-fn firsts(campaign: &Campaign, rows: &[RowOrigin]) -> Vec<usize> {
-    match campaign.bench.sensors.iter().any(|sensor| sensor.turn.is_some()) {
-        true => (0..rows.len()).collect(),
-        false => cells(campaign, rows).into_iter().map(|(_, first)| first).collect(),
-    }
-}
-
-/// The cell of each row, and the first row of the cell: rows of one cell have the same sensor, joint states and columns that the model line uses.
-pub(crate) fn cells(campaign: &Campaign, rows: &[RowOrigin]) -> Vec<(usize, usize)> {
+/// For each row the first with the same sensor, joint states and columns that the model line uses.
+fn alike(campaign: &Campaign, rows: &[RowOrigin]) -> Vec<usize> {
     let used: Vec<Vec<usize>> = (0..campaign.bench.sensors.len()).map(|sensor| used_by(campaign, sensor)).collect();
-    let mut numbers: Numbers<usize> = Numbers::default();
-    let (mut key, mut other) = (Vec::new(), Vec::new());
-    let cell = |(row, origin): (usize, &RowOrigin)| {
-        write_key(campaign, used.at(origin.sensor), origin, &mut key);
-        let hash = BuildHasherDefault::<Mix>::default().hash_one(&key);
-        numbers.of(hash, row, |first| {
-            let Some(first) = rows.get(first) else { return false };
-            write_key(campaign, used.at(first.sensor), first, &mut other);
-            key == other
-        })
+    let write = |row: usize, key: &mut Vec<u64>| {
+        key.clear();
+        rows.get(row).into_iter().for_each(|origin| write_key(campaign, used.at(origin.sensor), origin, key));
     };
-    rows.iter().enumerate().map(cell).collect()
+    let (mut key, mut other) = (Vec::new(), Vec::new());
+    let hash = |row: usize| {
+        write(row, &mut key);
+        (BuildHasherDefault::<Mix>::default().hash_one(&key), row)
+    };
+    // in order of their hashes, which for readings without replicates takes half the memory of a table of them
+    let mut hashes: Vec<(u64, usize)> = (0..rows.len()).map(hash).collect();
+    hashes.sort_unstable();
+    let mut alike: Vec<usize> = (0..rows.len()).collect();
+    for same in hashes.chunk_by(|a, b| a.0 == b.0) {
+        for (_, row) in same.iter().skip(1) {
+            write(*row, &mut key);
+            // but for a rare accident it is the first of its hash; the row itself ends the search
+            let first = same.iter().map(|(_, first)| *first).find(|first| {
+                write(*first, &mut other);
+                key == other
+            });
+            alike.get_mut(*row).into_iter().for_each(|slot| *slot = first.unwrap_or(*row));
+        }
+    }
+    alike
 }
 
 /// Columns that a sensor's line uses.
@@ -195,7 +228,6 @@ pub(crate) fn used_by(campaign: &Campaign, sensor: usize) -> Vec<usize> {
 }
 
 fn write_key(campaign: &Campaign, used: &[usize], origin: &RowOrigin, key: &mut Vec<u64>) {
-    key.clear();
     key.push(origin.sensor as u64);
     let Some(reading) = campaign.readings.rows.get(origin.reading) else { return };
     key.extend(reading.joints.iter().flat_map(JointState::bits));

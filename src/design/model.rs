@@ -8,9 +8,10 @@ use super::kinematics::{Field, Instants, Vectors, Wanted};
 use super::line::{SensorModel, Slot};
 use super::mean::{Sweep, sweep};
 use super::{Context, Kinematics, Smoothness, kinematics};
-use crate::algebra::{Lane, Scratch, Tape, lanes};
-use crate::campaign::{Campaign, Reading};
-use crate::elements::Elements;
+use crate::algebra::{Lane, Scratch, lanes};
+use crate::bench::Bench;
+use crate::campaign::{Campaign, JointState, Reading};
+use crate::elements::{Elements, OrNan};
 use crate::error::{Fault, Malformed, Result};
 use nalgebra::Vector3;
 use pulp::{Arch, Simd, WithSimd};
@@ -69,47 +70,113 @@ impl SensorModel {
     }
 }
 
-/// What is summed up: a reading, for every sensor whose line is of this smoothness, over the instants of a sweep.
-#[derive(Clone, Copy)]
-struct Asked<'a> {
-    model: &'a Model,
-    campaign: &'a Campaign,
-    row: &'a Reading,
-    smoothness: Smoothness,
-    sweep: &'a Sweep,
-    gathered: &'a [Gathered],
+/// What stands at `L` places side by side; every joint of the chain has a state.
+trait Places<const L: usize> {
+    fn angle_deg(&self, joint: usize) -> Lane<L>;
+    fn rate_deg_s(&self, joint: usize) -> Lane<L>;
+    /// Not a number where the reading lacks it: such a reading was refused, or its devices are.
+    fn column(&self, column: usize) -> Lane<L>;
+    fn parameter(&self, parameter: usize) -> Lane<L>;
 }
 
-/// The sums.
-struct Gather<'a, I, P, const L: usize> {
-    asked: Asked<'a>,
-    /// Angles of the joint that passes them, and weights.
-    stops: I,
+/// One reading at `L` instants, or for `L` devices.
+struct Stops<'a, P, const L: usize> {
+    row: &'a Reading,
+    sweep: &'a Sweep,
+    /// Angles of the joint that passes them.
+    angle_deg: Lane<L>,
     parameter: P,
+}
+
+impl<P: Fn(usize) -> Lane<L>, const L: usize> Places<L> for Stops<'_, P, L> {
+    #[inline(always)]
+    fn angle_deg(&self, joint: usize) -> Lane<L> {
+        match self.sweep.joint == Some(joint) {
+            true => self.angle_deg,
+            false => [self.sweep.base.angle_deg.at(joint); L],
+        }
+    }
+    #[inline(always)]
+    fn rate_deg_s(&self, joint: usize) -> Lane<L> {
+        [self.sweep.base.rate_deg_s.at(joint); L]
+    }
+    #[inline(always)]
+    fn column(&self, column: usize) -> Lane<L> {
+        [number(self.row, column); L]
+    }
+    #[inline(always)]
+    fn parameter(&self, parameter: usize) -> Lane<L> {
+        (self.parameter)(parameter)
+    }
+}
+
+/// Places of a list that a line is evaluated at together: the registers and bars of a tape of twenty steps then take 10 kB, a third of a first-level cache, and the cost of
+/// decoding a step is small compared with that of 32 numbers.
+const TOGETHER: usize = 32;
+
+/// Room for so many places.
+pub(crate) type Together = Room<TOGETHER>;
+
+/// Places of lists, from one on; where the last are fewer, the last one again. No line of columns alone follows a joint.
+struct Listed<'a> {
+    columns: &'a [(usize, &'a [f64])],
+    start: usize,
+    point: &'a [f64],
+}
+
+impl Places<TOGETHER> for Listed<'_> {
+    #[inline(always)]
+    fn angle_deg(&self, _: usize) -> Lane<TOGETHER> {
+        [0.0; TOGETHER]
+    }
+    #[inline(always)]
+    fn rate_deg_s(&self, _: usize) -> Lane<TOGETHER> {
+        [0.0; TOGETHER]
+    }
+    #[inline(always)]
+    fn column(&self, column: usize) -> Lane<TOGETHER> {
+        let list = self.columns.iter().find(|(own, _)| *own == column).map_or(&[][..], |(_, list)| list);
+        match list.get(self.start..).and_then(<[f64]>::first_chunk) {
+            Some(whole) => *whole,
+            None => lanes(|l| list.or_nan((self.start + l).min(list.len().saturating_sub(1)))),
+        }
+    }
+    #[inline(always)]
+    fn parameter(&self, parameter: usize) -> Lane<TOGETHER> {
+        [self.point.at(parameter); TOGETHER]
+    }
+}
+
+fn number(row: &Reading, column: usize) -> f64 {
+    row.columns.get(column).copied().flatten().unwrap_or(f64::NAN)
+}
+
+/// Sums of every sensor whose line is of this smoothness, over places with weights.
+struct Gather<'a, I, const L: usize> {
+    model: &'a Model,
+    bench: &'a Bench,
+    smoothness: Smoothness,
+    gathered: &'a [Gathered],
+    places: I,
     room: &'a mut Room<L>,
     scratch: &'a mut Scratch,
 }
 
-impl<I, P, const L: usize> WithSimd for Gather<'_, I, P, L>
+impl<I, P, const L: usize> WithSimd for Gather<'_, I, L>
 where
-    I: Iterator<Item = (Lane<L>, Lane<L>)>,
-    P: Fn(usize) -> Lane<L>,
+    I: Iterator<Item = (P, Lane<L>)>,
+    P: Places<L>,
 {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Gather { asked, stops, parameter, room, scratch } = self;
-        let Asked { model, campaign, row, smoothness, sweep, gathered } = asked;
-        let (Sweep { base, joint, .. }, Room { tilts, inputs, slopes, at, sums }) = (sweep, room);
-        tilts.clear();
-        tilts.extend(model.tilts.iter().map(|k| parameter(*k)));
+        let Gather { model, bench, smoothness, gathered, places, room, scratch } = self;
+        let Room { tilts, inputs, slopes, at, sums } = room;
         let alike = |of: &&Gathered| of.smoothness == Some(smoothness);
         let follows = gathered.iter().filter(alike).filter_map(|of| model.sensors.get(of.sensor)).map(|of| of.follows);
         let fields = follows.fold([false; 2], |[rate, force], of| [rate || of[0], force || of[1]]);
         let wanted = Wanted { fields, joints: model.joints > 0 };
-        // no joint has the place behind all
-        let joint = joint.unwrap_or(base.angle_deg.len());
         sums.resize_with(gathered.len(), || Sums { mean: [0.0; L], derivatives: Vec::new() });
         let count = model.parameters + model.joints;
         for (_, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| alike(of)) {
@@ -117,19 +184,20 @@ where
             sums.derivatives.clear();
             sums.derivatives.resize(count, [[0.0; L]; 2]);
         }
-        for (angles, weights) in stops {
-            at.set(&campaign.bench, tilts, base, (joint, angles), wanted);
+        let joints = bench.joints().count();
+        for (places, weights) in places {
+            tilts.clear();
+            tilts.extend(model.tilts.iter().map(|k| places.parameter(*k)));
+            at.set(bench, tilts, (joints, |k| places.angle_deg(k), |k| places.rate_deg_s(k)), wanted);
             for (of, sums) in gathered.iter().zip(&mut *sums).filter(|(of, _)| alike(of)) {
                 let Some(line) = model.sensors.get(of.sensor) else { continue };
                 inputs.clear();
                 inputs.extend(line.slots.iter().map(|slot| match slot {
                     Slot::Rate(direction) => along(direction, &at.fields[0].at),
                     Slot::Force(direction) => along(direction, &at.fields[1].at),
-                    Slot::Joint(k) if *k == joint => lanes(|l| angles[l].to_radians()),
-                    Slot::Joint(k) => [base.angle_deg.at(*k).to_radians(); L],
-                    // a reading that lacks it was refused, or its devices are
-                    Slot::Column(k) => [row.columns.get(*k).copied().flatten().unwrap_or(f64::NAN); L],
-                    Slot::Parameter(k) => parameter(*k),
+                    Slot::Joint(k) => places.angle_deg(*k).map(f64::to_radians),
+                    Slot::Column(k) => places.column(*k),
+                    Slot::Parameter(k) => places.parameter(*k),
                 }));
                 slopes.clear();
                 slopes.resize(line.slots.len(), [0.0; L]);
@@ -224,14 +292,13 @@ impl Model {
         if point.len() < self.parameters {
             return Err(beyond("parameters' values", self.parameters - 1, point.len()));
         }
-        work.gathered.resize_with(sensors.len(), Gathered::default);
-        for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
+        for sensor in sensors {
             let model = self.sensors.get(*sensor).ok_or_else(|| beyond("sensors", *sensor, self.sensors.len()))?;
             if let Some(column) = model.missing_column(&campaign.readings, reading) {
                 return Err(missing_column(column).at_path(&row.place));
             }
-            (gathered.sensor, gathered.smoothness) = (*sensor, Some(model.smoothness_for(&row.joints)));
         }
+        work.ask(self, sensors, &row.joints);
         for first in 0..sensors.len() {
             if let Some(smoothness) = new_smoothness(&work.gathered, first) {
                 self.gather(campaign, row, smoothness, point, work);
@@ -248,25 +315,26 @@ impl Model {
     fn gather(&self, campaign: &Campaign, row: &Reading, smoothness: Smoothness, point: &[f64], work: &mut Workspace) {
         work.sweep.set(row, smoothness);
         let Workspace { scratch, gathered, sweep, one, four, arch, .. } = work;
-        let asked = Asked { model: self, campaign, row, smoothness, sweep, gathered: &*gathered };
+        let (model, bench, asked) = (self, &campaign.bench, &*gathered);
         if sweep.joint.is_some() && sweep.stops.len() > 1 {
             // where the last are fewer than four, its last one again with no weight
-            let stops = sweep.stops.chunks(4).map(|stops| -> (Lane<4>, Lane<4>) {
+            let places = sweep.stops.chunks(4).map(|stops| {
                 let last = stops.last().map_or(0.0, |(angle, _)| *angle);
                 let stop = |l: usize| stops.get(l).copied().unwrap_or((last, 0.0));
-                (lanes(|l| stop(l).0), lanes(|l| stop(l).1))
+                let parameter = |k| [point.at(k); 4];
+                (Stops { row, sweep, angle_deg: lanes(|l| stop(l).0), parameter }, lanes(|l| stop(l).1))
             });
-            let (parameter, room) = (|k| [point.at(k); 4], &mut *four);
-            arch.dispatch(Gather { asked, stops, parameter, room, scratch });
+            arch.dispatch(Gather { model, bench, smoothness, gathered: asked, places, room: &mut *four, scratch });
             return join(&four.sums, smoothness, gathered);
         }
-        let stops = sweep.each().map(|(angle, weight)| ([angle], [weight]));
-        let (parameter, room) = (|k| [point.at(k)], &mut *one);
-        arch.dispatch(Gather { asked, stops, parameter, room, scratch });
+        let parameter = |k| [point.at(k)];
+        let places =
+            sweep.each().map(|(angle, weight)| (Stops { row, sweep, angle_deg: [angle], parameter }, [weight]));
+        arch.dispatch(Gather { model, bench, smoothness, gathered: asked, places, room: &mut *one, scratch });
         join(&one.sums, smoothness, gathered);
     }
 
-    /// `Model::predict_all` at points of `L` devices side by side: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
+    /// [`Model::predict_all`] at points of `L` devices side by side: `visit(place in sensors, values, gradient)`. A column that the reading lacks is no number.
     pub(crate) fn predict_lanes<const L: usize>(
         &self,
         campaign: &Campaign,
@@ -274,35 +342,60 @@ impl Model {
         sensors: &[usize],
         points: &[Lane<L>],
         (work, room): (&mut Workspace, &mut Room<L>),
-        mut visit: impl FnMut(usize, &Lane<L>, &[Lane<L>]),
+        visit: impl FnMut(usize, &Lane<L>, &[Lane<L>]),
     ) {
-        work.gathered.resize_with(sensors.len(), Gathered::default);
-        for (gathered, sensor) in work.gathered.iter_mut().zip(sensors) {
-            let smoothness =
-                self.sensors.get(*sensor).map_or(Smoothness::Rough, |sensor| sensor.smoothness_for(&row.joints));
-            (gathered.sensor, gathered.smoothness) = (*sensor, Some(smoothness));
-        }
+        work.ask(self, sensors, &row.joints);
         for first in 0..sensors.len() {
             let Some(smoothness) = new_smoothness(&work.gathered, first) else { continue };
             work.sweep.set(row, smoothness);
             let Workspace { scratch, gathered, sweep, arch, .. } = &mut *work;
-            let stops = sweep.each().map(|(angle, weight)| ([angle; L], [weight; L]));
-            let parameter = |k: usize| points.get(k).copied().unwrap_or([f64::NAN; L]);
-            let (asked, room) = (Asked { model: self, campaign, row, smoothness, sweep, gathered }, &mut *room);
-            arch.dispatch(Gather { asked, stops, parameter, room, scratch });
+            let (sweep, parameter) = (&*sweep, |k: usize| points.get(k).copied().unwrap_or([f64::NAN; L]));
+            let stops = |(angle, weight)| (Stops { row, sweep, angle_deg: [angle; L], parameter }, [weight; L]);
+            let (model, bench, places) = (self, &campaign.bench, sweep.each().map(stops));
+            arch.dispatch(Gather { model, bench, smoothness, gathered, places, room: &mut *room, scratch });
         }
-        let mut slopes = std::mem::take(&mut room.slopes);
-        for (place, sums) in room.sums.iter().take(sensors.len()).enumerate() {
+        self.give(sensors.len(), room, visit);
+    }
+
+    /// The line of a sensor that follows columns alone ([`Model::columns_alone`]) at `places` places, of which the columns are lists: `visit(first place, values, gradient)` for some
+    /// of them at a time.
+    pub(crate) fn predict_lists(
+        &self,
+        bench: &Bench,
+        sensor: usize,
+        (columns, places): (&[(usize, &[f64])], usize),
+        point: &[f64],
+        (work, room): (&mut Workspace, &mut Together),
+        mut visit: impl FnMut(usize, &[f64], &[Lane<TOGETHER>]),
+    ) {
+        work.ask(self, &[sensor], &[]);
+        for start in (0..places).step_by(TOGETHER) {
+            let Workspace { scratch, gathered, arch, .. } = &mut *work;
+            let here = std::iter::once((Listed { columns, start, point }, [1.0; TOGETHER]));
+            let (model, smoothness, room) = (self, SensorModel::INSTANT, &mut *room);
+            arch.dispatch(Gather { model, bench, smoothness, gathered, places: here, room: &mut *room, scratch });
+            let count = TOGETHER.min(places - start);
+            self.give(1, room, |_, values, slopes| visit(start, &values[..count], slopes));
+        }
+    }
+
+    /// What was summed up of so many sensors; what is only rounding is zero.
+    fn give<const L: usize>(
+        &self,
+        sensors: usize,
+        room: &mut Room<L>,
+        mut visit: impl FnMut(usize, &Lane<L>, &[Lane<L>]),
+    ) {
+        let Room { sums, slopes, .. } = room;
+        for (place, sums) in sums.iter().take(sensors).enumerate() {
             slopes.clear();
             slopes.extend(
                 sums.derivatives
                     .iter()
-                    .take(self.parameters)
                     .map(|[sums, sizes]| lanes(|l| if is_rounding(sums[l], sizes[l]) { 0.0 } else { sums[l] })),
             );
-            visit(place, &sums.mean, &slopes);
+            visit(place, &sums.mean, slopes);
         }
-        room.slopes = slopes;
     }
 
     /// The smallest part of a sensor's line that has no value at some instant of a reading, and the inputs that stand in it.
@@ -333,73 +426,28 @@ impl Model {
     }
 }
 
-/// A sensor's line over columns and parameters alone.
-#[derive(Debug, Clone)]
-pub(crate) struct ColumnLine {
-    tape: Tape,
-    reads: Vec<Read>,
-}
-
-/// Where a list of inputs comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Read {
-    /// Numeric column of the readings.
-    Column(usize),
-    /// Parameter of the campaign.
-    Parameter(usize),
-}
-
 impl Model {
-    /// The line of a sensor that follows columns and parameters alone; `None` for one of rates, forces or joints.
-    pub(crate) fn column_line(&self, sensor: usize) -> Option<ColumnLine> {
-        let line = self.sensor(sensor)?;
-        let read = |k: &usize| match line.slots.get(*k)? {
-            Slot::Column(k) => Some(Read::Column(*k)),
-            Slot::Parameter(k) => Some(Read::Parameter(*k)),
+    /// The columns that the line of a sensor follows, where it follows columns and parameters alone; `None` for one of rates, forces or joints.
+    pub(crate) fn columns_alone(&self, sensor: usize) -> Option<Vec<usize>> {
+        let column = |slot: &Slot| match slot {
+            Slot::Column(k) => Some(Some(*k)),
+            Slot::Parameter(_) => Some(None),
             Slot::Rate(_) | Slot::Force(_) | Slot::Joint(_) => None,
         };
-        let reads = line.tape.reads().iter().map(read).collect::<Option<_>>()?;
-        Some(ColumnLine { tape: line.tape.clone(), reads })
+        let all: Vec<Option<usize>> = self.sensor(sensor)?.slots.iter().map(column).collect::<Option<_>>()?;
+        Some(all.into_iter().flatten().collect())
     }
 }
 
-impl ColumnLine {
-    /// What it reads, in the order of its lists.
-    pub(crate) fn reads(&self) -> &[Read] {
-        &self.reads
-    }
-
-    /// Values at so many places, and derivatives by everything that it reads; a list of `places` numbers for each. By the widest instructions that there are.
-    ///
-    /// The numbers of [`Model::predict`] at single instants, to the last bit: each derivative has one term, which nothing cancels.
-    pub(crate) fn gradient(
-        &self,
-        arch: Arch,
-        places: usize,
-        inputs: &[f64],
-        lists: &mut Scratch,
-        (values, gradient): (&mut [f64], &mut [f64]),
-    ) {
-        arch.dispatch(Gradient { tape: &self.tape, places, inputs, lists, values, gradient });
-    }
-}
-
-/// What [`ColumnLine::gradient`] is asked.
-struct Gradient<'a> {
-    tape: &'a Tape,
-    places: usize,
-    inputs: &'a [f64],
-    lists: &'a mut Scratch,
-    values: &'a mut [f64],
-    gradient: &'a mut [f64],
-}
-
-impl WithSimd for Gradient<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.tape.gradient_of_many(self.places, self.inputs, self.lists, self.values, self.gradient);
+impl Workspace {
+    /// Takes in what is asked: the mean of these sensors' lines over a reading with such joints.
+    fn ask(&mut self, model: &Model, sensors: &[usize], joints: &[JointState]) {
+        self.gathered.resize_with(sensors.len(), Gathered::default);
+        for (gathered, sensor) in self.gathered.iter_mut().zip(sensors) {
+            let smoothness =
+                model.sensors.get(*sensor).map_or(Smoothness::Rough, |sensor| sensor.smoothness_for(joints));
+            (gathered.sensor, gathered.smoothness) = (*sensor, Some(smoothness));
+        }
     }
 }
 

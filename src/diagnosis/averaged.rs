@@ -7,7 +7,7 @@
 //! Where the model's inputs are the same, the mean is sufficient; what changes within a stretch (time, temperature) changes little there. A
 //! reading far from its stretch stays by itself, so that it can be named.
 
-use crate::campaign::{Campaign, Observation, Per, Reading, Readings};
+use crate::campaign::{Campaign, Observation, Per, Reading, Readings, Shared};
 use crate::number::median;
 use crate::plan::grouped;
 use std::collections::HashSet;
@@ -154,6 +154,6 @@ fn mean(members: &[&Reading]) -> Option<Reading> {
         remarks: first.remarks.clone(),
         place: first.place.clone(),
         samples: members.iter().map(|row| row.samples).sum(),
-        planned_u: Vec::new(),
+        planned_u: Shared::default(),
     })
 }

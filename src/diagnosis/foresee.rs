@@ -502,7 +502,7 @@ fn general(campaign: &Campaign) -> Vec<Reading> {
         let joints: Vec<JointState> = states.iter().enumerate().map(state).collect();
         let Some(like) = rows.get(k % rows.len()) else { continue };
         let reading = campaign.readings.position(&names, like, joints);
-        if reading.check_turning(&names).is_ok() {
+        if Reading::check_turning(&reading.joints, &names).is_ok() {
             general.push(reading);
         }
     }

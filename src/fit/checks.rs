@@ -3,13 +3,12 @@
 use super::Fit;
 use super::step::Step;
 use crate::campaign::Campaign;
-use crate::design::{self, DesignMatrix, RowOrigin};
+use crate::design::{DesignMatrix, RowOrigin};
 use crate::elements::{Elements, OrNan};
 use crate::estimate::Group;
 use crate::mix::Mix;
-use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Snooping, Whitened};
+use crate::quality::{self, LackOfFit, NormalityTest, RunsTest, Signs, Snooping, Whitened};
 use crate::uncertainty::quantiles;
-use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::hash::BuildHasherDefault;
 
@@ -87,7 +86,7 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     let each = 1.0 - checks.significance;
     checks.follows.retain(|found| found.test.is_rejected(each));
     if step.own.robust.is_none() && !silent && scattered.is_none() {
-        let (cells, _) = cells(campaign, design, system.observed.len());
+        let (cells, _) = cells(design, system.observed.len());
         checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, each);
     }
     if step.own.robust.is_some() {
@@ -166,23 +165,31 @@ fn follows(campaign: &Campaign, sensor: usize, rows: &[usize], residuals: &[f64]
     let names = &campaign.readings.columns;
     let of = |column: usize| -> Vec<f64> { rows.iter().map(|row| value(row, column)).collect() };
     let columns: Vec<Vec<f64>> = (0..names.len()).map(of).collect();
-    let as_read: Vec<usize> = (0..rows.len()).collect();
-    let mut orders: Vec<Vec<usize>> = vec![as_read.clone()];
+    let mut orders: Vec<Vec<u32>> = vec![(0..).zip(rows).map(|(place, _)| place).collect()];
     let mut found: Vec<(usize, RunsTest)> = Vec::new();
     for (first, own) in columns.iter().enumerate() {
-        let keys = || std::iter::once(own).chain(columns.iter());
-        let mut order = as_read.clone();
-        order.sort_by(|a, b| {
-            let differ = |key: &Vec<f64>| key.at(*a).total_cmp(&key.at(*b));
-            keys().map(differ).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
-        });
-        let mut values: Vec<f64> = order.iter().map(|place| own.at(*place)).filter(|v| v.is_finite()).collect();
-        values.dedup();
-        if values.len() < 3 || orders.contains(&order) {
+        let mut values: Vec<f64> = Vec::new();
+        let is_new = |value: &f64| {
+            let new = value.is_finite() && !values.contains(value);
+            values.extend(new.then_some(value));
+            values.len() > 2
+        };
+        if !own.iter().any(is_new) {
             continue;
         }
-        let sorted: Vec<f64> = order.iter().filter_map(|place| residuals.get(*place).copied()).collect();
-        found.extend(quality::runs(&sorted).map(|test| (first, test)));
+        let others = |a: u32, b: u32| {
+            let differ = |key: &Vec<f64>| key.at(a as usize).total_cmp(&key.at(b as usize));
+            columns.iter().map(differ).find(|order| order.is_ne()).unwrap_or(a.cmp(&b))
+        };
+        let mut keyed: Vec<(f64, u32)> = own.iter().copied().zip(0..).collect();
+        keyed.sort_unstable_by(|(x, a), (y, b)| x.total_cmp(y).then_with(|| others(*a, *b)));
+        let order: Vec<u32> = keyed.iter().map(|(_, place)| *place).collect();
+        if orders.contains(&order) {
+            continue;
+        }
+        let mut signs = Signs::default();
+        order.iter().filter_map(|place| residuals.get(*place as usize)).for_each(|v| signs.take(*v));
+        found.extend(signs.test().map(|test| (first, test)));
         orders.push(order);
     }
     let tried = found.len() as f64;
@@ -206,11 +213,14 @@ pub(crate) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize)
     positions
 }
 
-/// The cell of each of so many rows, and how many cells there are; a prior is alone.
-pub(crate) fn cells(campaign: &Campaign, design: &DesignMatrix, rows: usize) -> (Vec<usize>, usize) {
-    let mut cells: Vec<usize> = design::cells(campaign, &design.rows).into_iter().map(|(cell, _)| cell).collect();
-    let count = cells.iter().max().map_or(0, |most| most + 1) + rows.saturating_sub(cells.len());
-    cells.extend(count - rows.saturating_sub(cells.len())..count);
+/// The cell of each of so many rows (those of one cell predict the same), and how many cells there are; a prior is alone.
+pub(crate) fn cells(design: &DesignMatrix, rows: usize) -> (Vec<usize>, usize) {
+    let (mut cells, mut count) = (Vec::with_capacity(rows), 0);
+    for row in 0..rows {
+        let first = design.alike.get(row).and_then(|first| cells.get(*first)).copied();
+        cells.push(first.unwrap_or(count));
+        count += usize::from(first.is_none());
+    }
     (cells, count)
 }
 

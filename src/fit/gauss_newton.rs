@@ -126,7 +126,7 @@ pub(super) fn run(campaign: &Campaign, model: &Model, design: DesignMatrix, sett
             // what is known does not change
             let change = |k: usize| step.change.get(k).copied().unwrap_or_default();
             let point: Vec<f64> = design.point.iter().enumerate().map(|(k, x)| x + change(k)).collect();
-            let there = design::assemble(campaign, model, &point)?;
+            let there = design.at(campaign, model, &point)?;
             let still = starts::unseen(campaign, &there);
             let beside = starts::beside(campaign, model, &there, &still)?;
             let moved = beside.first().map_or(&[][..], |start| &start.moved);
@@ -247,7 +247,7 @@ impl Trip<'_> {
             if settled {
                 asked.extend(walk.couplings.iter().map(|own| own.unknown));
             }
-            let back = if settled { None } else { Some(design::assemble(campaign, model, &reference)?) };
+            let back = if settled { None } else { Some(design.at(campaign, model, &reference)?) };
             let at = back.as_ref().unwrap_or(&design);
             let weak = starts::weak(campaign, model, at, &asked, moved, settings)?;
             if !weak.is_empty() || stop.is_none() {
@@ -261,7 +261,7 @@ impl Trip<'_> {
                     }
                 }
                 (walk.holds, walk.iterations) = (true, before_walk);
-                let mut held = design::assemble(campaign, model, &reference)?;
+                let mut held = design.at(campaign, model, &reference)?;
                 judged_at = Some(held.point.clone());
                 walk.hold(&mut held);
                 let first = Linear::at(campaign, &held, None, settings)?;
@@ -270,7 +270,7 @@ impl Trip<'_> {
         }
         for k in too_weak.iter().filter(|k| moved.contains(k)) {
             // which of the others it goes with is seen at the solution
-            let full = design::assemble(campaign, model, &design.point)?;
+            let full = design.at(campaign, model, &design.point)?;
             let column = full.jacobian.col_as_slice(*k);
             design.jacobian.col_as_slice_mut(*k).copy_from_slice(column);
             let coupling = starts::follow(campaign, &design, *k, true, settings)?;
@@ -408,7 +408,7 @@ impl Walk<'_> {
                 *value += share * dx;
             }
             within_half_a_turn(self.campaign, &mut point);
-            let next = design::assemble(self.campaign, self.model, &point)?;
+            let next = design.at(self.campaign, self.model, &point)?;
             let mut next = circles_within_half_a_turn(self.campaign, self.model, next)?;
             let after = step.merit(&differences(self.campaign, &next)?);
             // rounding of a sum of squares near its minimum must not halve a good step
@@ -475,7 +475,7 @@ fn circles_within_half_a_turn(campaign: &Campaign, model: &Model, mut design: De
             }
             let mut point = design.point.clone();
             point.get_mut(k).into_iter().for_each(|slot| *slot = other);
-            let moved = design::assemble(campaign, model, &point)?;
+            let moved = design.at(campaign, model, &point)?;
             let mut pairs = moved.predicted.iter().zip(&design.predicted);
             if pairs.all(|(a, b)| (a - b).abs() <= SAME * turn) {
                 design = moved;

@@ -56,7 +56,7 @@ use crate::campaign::{Campaign, Known, Role};
 use crate::design::{self, DesignMatrix, Model};
 use crate::error::{self, Fault, Malformed, Result};
 use crate::estimate::{self, Estimate, Group, System};
-use crate::quality::{self, GlobalTest, RowQuality};
+use crate::quality::{self, GlobalTest, RowQuality, Tested};
 use crate::uncertainty::quantiles::{chi_square_survival, fisher_f_survival};
 use crate::vocabulary::vocabulary;
 use faer::Mat;
@@ -161,8 +161,8 @@ pub struct Fit {
     pub settled: bool,
     /// Do the readings agree with the model: replicates, order and shape of the residuals, suspicious readings.
     pub checks: Checks,
-    /// Quality of each row of the system.
-    pub quality: Vec<RowQuality>,
+    /// What the quality of rows comes from beside the estimate.
+    pub(crate) tested: Option<Tested>,
     /// The global test, where every uncertainty is stated.
     pub global_test: Option<GlobalTest>,
     /// What only combinations of parameters determine.
@@ -180,6 +180,20 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Quality of each row of the system: of many readings a list of it would be as large as their design.
+    pub fn quality(&self) -> impl Iterator<Item = RowQuality> + '_ {
+        let delta = quality::baarda_delta();
+        // of a record that was streamed they are those of its independent rows
+        let streamed = self.streamed.as_ref().map(|own| &own.quality);
+        (0..self.system.observed.len()).map(move |row| {
+            let own = RowQuality::of(&self.system, &self.estimate, self.tested.as_ref(), delta, row);
+            match streamed.and_then(|list| list.get(row)) {
+                Some((u, studentized)) => RowQuality { u: Some(*u), studentized: *studentized, mdb: None, ..own },
+                None => own,
+            }
+        })
+    }
+
     /// Is the answer "rejected": a rank defect, a stuck channel, uncertainties that cannot be known, a failed global test, or no convergence?
     pub fn is_rejected(&self) -> bool {
         !self.not_estimable.is_empty()
@@ -375,17 +389,15 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     rules::snap(campaign, &step.constraints, &mut point);
     // where Gauss-Newton has settled, the solution is the point of linearisation
     let settled_there = convergence.as_ref().is_some_and(|record| record.converged);
-    let assembled = if settled_there { None } else { Some(design::assemble(campaign, &model, &point)?) };
+    let assembled = if settled_there { None } else { Some(design.at(campaign, &model, &point)?) };
     let at_solution = assembled.as_ref().unwrap_or(&design);
     let linearisation_error = gauss_newton::linearisation_error(at_solution, &design, &step.system, &step.own.estimate);
     let checks = checks::checks(campaign, &design, &step, settings.level);
-    let (tested, adjusted, shared) = step.tested();
+    let (tested, adjusted, _) = step.tested();
     // with an estimated variance among them, chi-square is what that variance makes it
     let stated = step.own.noise.sources.iter().all(|source| !source.estimated);
     let global_test = quality::global_test(tested, adjusted, settings.level).filter(|_| stated);
-    let mut quality = quality::rows(tested, adjusted, shared);
-    quality.truncate(step.system.observed.len());
-    quality.iter_mut().zip(&step.own.estimate.residuals).for_each(|(own, v)| own.residual = *v);
+    let tested = step.tested_beside();
     let step::Step { system, own, on_face, constraints, .. } = step;
     let step::Adjusted { estimate, mut noise, robust, settled, scattered, .. } = own;
     let known = parameters::known_inputs(campaign, at_solution, &noise);
@@ -404,7 +416,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
     // budgets are those of the estimate without bounds, what a fault does is that of the one with them
     noise.sensitivities = on_face.unwrap_or(noise.sensitivities);
     let judged = match judged_at {
-        Some(point) if !estimate.unknowns.not_estimable.is_empty() => Some(design::assemble(campaign, &model, &point)?),
+        Some(point) if !estimate.unknowns.not_estimable.is_empty() => Some(design.at(campaign, &model, &point)?),
         _ => None,
     };
     let not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, &weak);
@@ -431,7 +443,7 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
         robust,
         settled,
         checks,
-        quality,
+        tested,
         global_test,
         not_estimable,
         convergence,

@@ -19,9 +19,11 @@ use crate::campaign::{Campaign, JointState, ScaleFactor};
 use crate::design::{Instant, Kinematics, kinematics, used_by};
 use crate::elements::{Elements, OrNan};
 use crate::language::{Sentence, sentence};
+use crate::mix::Mix;
 use crate::uncertainty::{Combined, Contribution, Evaluation, combine_groups, quantiles};
 use nalgebra::Vector3;
 use std::collections::{BTreeMap, HashMap};
+use std::hash::BuildHasherDefault;
 
 /// An error of a sensor's scale factor.
 #[derive(Debug, Clone)]
@@ -176,6 +178,8 @@ fn series(fit: &Fit, s: usize, sensor: &Sensor) -> Option<Series> {
     let weights = robust.as_ref().map(|own| &own.weights);
     let axis = sensor.input()?;
     let names: Vec<&str> = campaign.bench.joints().collect();
+    // of rows that are alike one is looked at
+    let mut known: HashMap<usize, usize, BuildHasherDefault<Mix>> = HashMap::default();
     let mut numbers: HashMap<Vec<u64>, usize> = HashMap::new();
     let mut all: Vec<Series> = Vec::new();
     let used = used_by(campaign, s);
@@ -185,17 +189,21 @@ fn series(fit: &Fit, s: usize, sensor: &Sensor) -> Option<Series> {
         let mut turning = reading.joints.iter().enumerate().filter_map(|(k, own)| Some((k, own.keys().1?)));
         let (Some((joint, rate)), None) = (turning.next(), turning.next()) else { continue };
         let Some(name) = names.get(joint) else { continue };
-        let mut key = vec![joint as u64];
-        for state in &reading.joints {
-            key.extend(state.at_rate(1.0).unwrap_or(*state).bits());
-        }
-        // the joint's own columns say what its state says
-        let others = used.iter().filter(|k| {
-            let column = campaign.readings.columns.get(**k).and_then(|own| own.strip_prefix(name));
-            !column.is_some_and(|rest| rest.starts_with('_'))
+        let first = design.alike.at(row);
+        let next = known.get(&first).copied().unwrap_or_else(|| {
+            let mut key = vec![joint as u64];
+            for state in &reading.joints {
+                key.extend(state.at_rate(1.0).unwrap_or(*state).bits());
+            }
+            // the joint's own columns say what its state says
+            let others = used.iter().filter(|k| {
+                let column = campaign.readings.columns.get(**k).and_then(|own| own.strip_prefix(name));
+                !column.is_some_and(|rest| rest.starts_with('_'))
+            });
+            key.extend(others.map(|k| reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN).to_bits()));
+            *numbers.entry(key).or_insert(all.len())
         });
-        key.extend(others.map(|k| reading.columns.get(*k).copied().flatten().unwrap_or(f64::NAN).to_bits()));
-        let next = *numbers.entry(key).or_insert(all.len());
+        known.insert(first, next);
         if next == all.len() {
             let share = seen(campaign, &reading.joints, joint, axis);
             all.push(Series { column: format!("{name}_deg_s"), rows: Vec::new(), points: Vec::new(), share });

@@ -219,7 +219,7 @@ pub fn candidates(campaign: &Campaign) -> Readings {
     let names: Vec<&str> = campaign.bench.joints().collect();
     let at = |joints: Vec<JointState>| campaign.readings.position(&names, first, joints);
     // two joints that turn in one mean are no reading
-    let can_be_read = |reading: &Reading| reading.check_turning(&names).is_ok();
+    let can_be_read = |reading: &Reading| Reading::check_turning(&reading.joints, &names).is_ok();
     let mut rows: Vec<Reading> = combinations.into_iter().map(at).filter(can_be_read).collect();
     let read = columns_read(campaign);
     let with = |k: usize, value: f64, mut reading: Reading| {

@@ -6,7 +6,7 @@
 use super::Settings;
 use super::step::{self, Linear};
 use crate::campaign::{Campaign, Kind, Parameter, Role};
-use crate::design::{self, DesignMatrix, Model};
+use crate::design::{DesignMatrix, Model};
 use crate::elements::Elements;
 use crate::error::Result;
 use crate::estimate::Coupling;
@@ -68,7 +68,7 @@ pub(crate) fn by_coefficients(
             *value += if tilts.contains(&k) { 0.0 } else { *change };
         }
     }
-    let there = design::assemble(campaign, model, &point)?;
+    let there = design.at(campaign, model, &point)?;
     let size = |of: &DesignMatrix, k: usize, sensor: usize| {
         let rows = of.jacobian.col_as_slice(k).iter().zip(&of.rows).filter(|(_, origin)| origin.sensor == sensor);
         rows.map(|(x, _)| x * x).sum::<f64>().sqrt()
@@ -104,7 +104,7 @@ pub(super) fn beside(
                 *value += size;
             }
         }
-        let still = self::unseen(campaign, &design::assemble(campaign, model, &point)?);
+        let still = self::unseen(campaign, &design.at(campaign, model, &point)?);
         let moved: Vec<usize> = unseen.iter().copied().filter(|k| !still.contains(k)).collect();
         if moved.is_empty() {
             break;
@@ -114,7 +114,7 @@ pub(super) fn beside(
                 *value = *before;
             }
         }
-        let design = design::assemble(campaign, model, &point)?;
+        let design = design.at(campaign, model, &point)?;
         let finite = design.predicted.iter().all(|value| value.is_finite());
         if finite {
             starts.push(Start { design, moved });
@@ -133,6 +133,9 @@ pub(super) fn weak(
     settings: &Settings,
 ) -> Result<Vec<usize>> {
     let mut found: Vec<usize> = Vec::new();
+    if asked.is_empty() {
+        return Ok(found);
+    }
     let mut held = design.clone();
     while found.len() < asked.len() {
         let step = step::solve(campaign, &held, settings)?;
@@ -169,7 +172,7 @@ fn curvature(campaign: &Campaign, model: &Model, design: &DesignMatrix, along: &
     let beside = |sign: f64| {
         let mut point = design.point.clone();
         point.iter_mut().zip(along).for_each(|(x, dx)| *x += sign * dx);
-        design::assemble(campaign, model, &point)
+        design.at(campaign, model, &point)
     };
     let (up, down) = (beside(1.0)?, beside(-1.0)?);
     let (mut first, mut second) = (0.0, 0.0);

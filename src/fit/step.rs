@@ -14,6 +14,7 @@ use crate::estimate::{
     self, Elimination, Equation, Equations, Estimate, Group, NO_REDUNDANCY, Restricted, ScaleHints, Scattered, Stepped,
     System, Whitening, adjust_on, adjust_scattered, restrict, scattered_with,
 };
+use crate::quality::Tested;
 use faer::Mat;
 
 /// What one step found.
@@ -59,6 +60,20 @@ impl Step {
     /// What the tests of residuals are about: the system, its adjustment, and what it shares.
     pub(crate) fn tested(&self) -> (&System, &Estimate, Option<&Scattered>) {
         self.own.tested(&self.system)
+    }
+
+    /// What these tests have of each row that its estimate has not.
+    pub(crate) fn tested_beside(&self) -> Option<Tested> {
+        let (redundancy, standardized, alone) = match (self.tested(), &self.own.extended) {
+            ((.., Some(found)), _) => (found.redundancy.clone(), found.standardized.clone(), found.alone.clone()),
+            ((system, estimate, None), Some(_)) => {
+                let over = |(v, u): (&f64, f64)| v / u;
+                let u = estimate.row_u(system);
+                (estimate.redundancy.clone(), estimate.residuals.iter().zip(u).map(over).collect(), Vec::new())
+            }
+            _ => return None,
+        };
+        Some(Tested { redundancy, standardized, alone })
     }
 
     /// `d x / d y` of the constrained estimate.

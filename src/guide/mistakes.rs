@@ -142,7 +142,7 @@ fn settings(campaign: &Campaign, reading: &Reading, candidates: &[Reading]) -> V
     let mut settings: Vec<(MistakeKind, Vec<JointState>)> = Vec::new();
     let mut push = |kind, joints: Vec<JointState>| {
         let alike = |other: &[JointState]| other.iter().zip(&joints).all(|(a, b)| same_state(a, b));
-        let possible = Reading { joints: joints.clone().into(), ..reading.clone() }.check_turning(&names).is_ok();
+        let possible = Reading::check_turning(&joints, &names).is_ok();
         if possible && !alike(&reading.joints) && !settings.iter().any(|(_, other)| alike(other)) {
             settings.push((kind, joints));
         }

@@ -24,7 +24,7 @@ pub(crate) use advice::{
     Agreement, Ending, Estimated, HeldMean, Holding, Lacks, Mistake, MistakeKind, Newest, Next, Progress, Residual, Why,
 };
 
-use crate::campaign::{Campaign, Observation, Reading, Readings, joint_keys};
+use crate::campaign::{Campaign, Observation, Reading, Readings, Shared, joint_keys};
 use crate::design::RowOrigin;
 use crate::diagnosis::{self, Diagnosis, Effect, Verdict};
 use crate::error::{Fault, Malformed, Result};
@@ -210,7 +210,7 @@ impl Guide {
         let u = |seen: &Observation| next.stated_u(seen.sensor).unwrap_or_else(|| self.noise.u(&next, seen.sensor));
         let all: Vec<f64> = next.observations.iter().map(u).collect();
         next.observations.iter_mut().zip(all).for_each(|(slot, u)| slot.u = Some(u));
-        next.planned_u.clear();
+        next.planned_u = Shared::default();
         let asked = next.position.clone();
         next.position = self.label(&next).into();
         self.labels.push(asked.to_string());

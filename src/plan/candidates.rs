@@ -111,7 +111,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
     let names: Vec<&str> = campaign.bench.joints().collect();
     // texts that lines of scatter refer to (an operator): like columns, those of the last reading
     let goes_by = |key: &String| campaign.scatter.iter().any(|line| line.per == Per::Column(key.clone()));
-    let levels: Vec<(String, String)> = last.remarks.iter().filter(|(key, _)| goes_by(key)).cloned().collect();
+    let levels: Shared<(String, String)> = last.remarks.iter().filter(|(key, _)| goes_by(key)).cloned().collect();
     let stated = |row: &Reading| (row.samples, row.unread().planned_u);
     let at = |columns: &Shared<Option<f64>>| Reading { columns: columns.clone(), ..last.unread() };
     let uniform = rows.iter().all(|row| stated(row) == stated(first));
@@ -131,7 +131,7 @@ pub(crate) fn sweep_with_rates(campaign: &Campaign, step_deg: f64, rates: &[f64]
                 ..campaign.readings.position(&names, like, joints)
             }
         })
-        .filter(|reading| reading.check_turning(&names).is_ok())
+        .filter(|reading| Reading::check_turning(&reading.joints, &names).is_ok())
         .collect();
     Ok(Readings { columns, rows })
 }

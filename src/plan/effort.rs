@@ -94,7 +94,7 @@ impl Noise {
                 continue;
             }
             let rows = residuals()?.into_iter().flat_map(|fit| {
-                let of_sensor = fit.design.rows.iter().zip(&fit.quality).filter(|(origin, _)| origin.sensor == k);
+                let of_sensor = fit.design.rows.iter().zip(fit.quality()).filter(|(origin, _)| origin.sensor == k);
                 of_sensor.filter_map(|(origin, q)| {
                     let samples = campaign.readings.rows.get(origin.reading).map_or(1.0, |r| r.samples);
                     q.u.map(|u| u * samples.sqrt())

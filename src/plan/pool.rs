@@ -77,11 +77,12 @@ impl Pool {
             let model = Model::new(&all)?;
             let point = all.reference_point();
             let design = design::DesignMatrix {
-                rows: Vec::new(),
+                rows: Vec::new().into(),
                 point,
                 predicted: Vec::new(),
                 jacobian: Mat::zeros(0, 0),
                 by_joint: Mat::zeros(0, 0),
+                alike: [].into(),
             };
             fit::separations(&all, &model, &design, &estimate, &[])
         } else {

@@ -22,6 +22,6 @@ pub(crate) use lack_of_fit::{LackOfFit, Offsets, lack_of_fit_p};
 pub(crate) use repeated::{Repeated, repeated};
 pub use residual_tests::runs;
 pub(crate) use residual_tests::{NormalScores, NormalityTest, RunsTest, Signs, normality, runs_of};
-pub(crate) use rows::{ALPHA, GlobalTest, RowQuality, UNCHECKED, global_test};
-pub use rows::{baarda_delta, rows};
+pub use rows::baarda_delta;
+pub(crate) use rows::{ALPHA, GlobalTest, RowQuality, Tested, UNCHECKED, global_test};
 pub(crate) use snooping::{Snooping, Whitened, is_rounding, snoop};

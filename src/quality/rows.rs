@@ -1,7 +1,7 @@
 //! Quality of each row of a system, and the global test of all.
 
 use crate::elements::Elements;
-use crate::estimate::{Estimate, Group, Scattered, System};
+use crate::estimate::{Estimate, Group, System};
 use crate::uncertainty::quantiles;
 
 /// Quality of one row of the system.
@@ -35,36 +35,46 @@ pub fn baarda_delta() -> f64 {
 /// Below this redundancy number a reading counts as unchecked: its residual is rounding.
 pub(crate) const UNCHECKED: f64 = 1e-9;
 
-/// Quality of every row of a system and its estimate; `scattered` is what the readings share.
-///
-/// With deviations that are shared, `V = R + Z D Z'`, a row's redundancy number is `u^2 (V^-1 - V^-1 A (A' V^-1 A)^-1 A' V^-1)_ii` and its studentized
-/// residual `u (V^-1 v)_i / sqrt r` (K.-R. Koch, Parameter Estimation and Hypothesis Testing in Linear Models, 1999, 4.3): the test of one wrong reading.
-pub fn rows(system: &System, estimate: &Estimate, scattered: Option<&Scattered>) -> Vec<RowQuality> {
-    let delta = baarda_delta();
-    (0..system.observed.len())
-        .map(|i| {
-            let at = |list: &[f64]| list.at(i);
-            let scale = match system.group.get(i) {
-                Some(Group::Estimated(g)) => estimate.group_scale.get(*g).copied().flatten(),
-                _ => Some(1.0),
-            };
-            let u = scale.map(|scale| scale * at(&system.u));
-            let residual = at(&estimate.residuals);
-            let redundancy = at(scattered.map_or(&estimate.redundancy, |scattered| &scattered.redundancy));
-            let leverage = scattered.map_or_else(|| at(&estimate.leverage), |_| 1.0 - redundancy);
-            // in units of what the row has for itself: redundancy number, residual and standard deviation
-            let own = match scattered.and_then(|found| Some((found, *found.alone.get(i)?))) {
-                Some((found, (place, sd))) => {
-                    u.map(|_| (found.redundancy.at(place), found.standardized.at(place) * sd.signum(), sd.abs()))
-                }
-                None => u.map(|u| (redundancy, residual / u, u)),
-            };
-            let checked = own.filter(|(redundancy, _, sd)| *redundancy > UNCHECKED && *sd > 0.0);
-            let studentized = checked.map(|(redundancy, residual, _)| residual / redundancy.sqrt());
-            let mdb = checked.map(|(redundancy, _, sd)| delta * sd / redundancy.sqrt());
-            RowQuality { residual, u, leverage, redundancy, studentized, mdb }
-        })
-        .collect()
+/// What the numbers of rows come from where it is not their estimate alone: known inputs or deviations that are shared have a part in it.
+#[derive(Debug, Clone)]
+pub(crate) struct Tested {
+    /// Redundancy number of each row.
+    pub redundancy: Vec<f64>,
+    /// Residuals over standard deviations; what is shared is taken out of them.
+    pub standardized: Vec<f64>,
+    /// Of rows with deviations of their own ([`Scattered::alone`](crate::estimate::Scattered::alone)): where what they have for themselves stands in both, and its
+    /// standard deviation with a sign.
+    pub alone: Vec<(usize, f64)>,
+}
+
+impl RowQuality {
+    /// Quality of a row of a system and its estimate; `delta` is [`baarda_delta`].
+    ///
+    /// With deviations that are shared, `V = R + Z D Z'`, a row's redundancy number is `u^2 (V^-1 - V^-1 A (A' V^-1 A)^-1 A' V^-1)_ii` and its studentized
+    /// residual `u (V^-1 v)_i / sqrt r` (K.-R. Koch, Parameter Estimation and Hypothesis Testing in Linear Models, 1999, 4.3): the test of one wrong reading.
+    pub(crate) fn of(system: &System, estimate: &Estimate, tested: Option<&Tested>, delta: f64, row: usize) -> Self {
+        let at = |list: &[f64]| list.at(row);
+        let scale = match system.group.get(row) {
+            Some(Group::Estimated(g)) => estimate.group_scale.get(*g).copied().flatten(),
+            _ => Some(1.0),
+        };
+        let u = scale.map(|scale| scale * at(&system.u));
+        let residual = at(&estimate.residuals);
+        let redundancy = at(tested.map_or(&estimate.redundancy, |tested| &tested.redundancy));
+        let leverage = tested.map_or_else(|| at(&estimate.leverage), |_| 1.0 - redundancy);
+        // in units of what the row has for itself: redundancy number, residual and standard deviation
+        let own = u.map(|u| match tested.map(|tested| (tested, tested.alone.get(row))) {
+            Some((tested, Some((place, sd)))) => {
+                (tested.redundancy.at(*place), tested.standardized.at(*place) * sd.signum(), sd.abs())
+            }
+            Some((tested, None)) => (redundancy, at(&tested.standardized), u),
+            None => (redundancy, residual / u, u),
+        });
+        let checked = own.filter(|(redundancy, _, sd)| *redundancy > UNCHECKED && *sd > 0.0);
+        let studentized = checked.map(|(redundancy, residual, _)| residual / redundancy.sqrt());
+        let mdb = checked.map(|(redundancy, _, sd)| delta * sd / redundancy.sqrt());
+        RowQuality { residual, u, leverage, redundancy, studentized, mdb }
+    }
 }
 
 /// Global test of a model whose readings all have stated uncertainties: `sum (v/u)^2` against chi-square.

@@ -225,7 +225,7 @@ impl Delimited {
                 at += 1;
             }
             let ahead = match wanted {
-                Some((_, As::Number | As::Cell | As::Time)) => leading(text.get(at..)?, mark),
+                Some((_, As::Number | As::Cell | As::Time | As::Mixed)) => leading(text.get(at..)?, mark),
                 _ => None,
             };
             match (wanted, ahead) {
@@ -234,8 +234,8 @@ impl Delimited {
                     block.columns.get_mut(*place)?.push(value);
                     at += length;
                 }
-                // a time that is a number
-                (Some((place, As::Time)), Some((value, length)))
+                // a time, or what may be a text, that is a number
+                (Some((place, As::Time | As::Mixed)), Some((value, length)))
                     if text.get(at + length).is_some_and(|b| *b == delimiter || matches!(*b, b'\n' | b'\r')) =>
                 {
                     block.columns.get_mut(*place)?.push(value);

@@ -12,7 +12,6 @@ const POWERS: [f64; 23] = [
 /// through the standard library.
 #[inline]
 pub(super) fn leading(bytes: &[u8], mark: u8) -> Option<(f64, usize)> {
-    let mut at = 0;
     let next = |at: &mut usize| {
         let byte = bytes.get(*at).copied();
         *at += 1;
@@ -20,9 +19,7 @@ pub(super) fn leading(bytes: &[u8], mark: u8) -> Option<(f64, usize)> {
     };
     let first = bytes.first().copied()?;
     let negative = first == b'-';
-    if negative || first == b'+' {
-        at = 1;
-    }
+    let mut at = usize::from(negative | (first == b'+'));
     let (mut mantissa, mut digits, mut exponent) = (0_u64, 0_u32, 0_i32);
     let mut byte;
     loop {
@@ -73,10 +70,12 @@ pub(super) fn leading(bytes: &[u8], mark: u8) -> Option<(f64, usize)> {
     let power = POWERS.get(exponent.unsigned_abs() as usize).filter(|_| digits <= 19 && mantissa < 1 << 53);
     let Some(power) = power else { return Some((exactly(bytes.get(..at - 1)?, mark)?, at - 1)) };
     let size = if exponent < 0 { mantissa as f64 / power } else { mantissa as f64 * power };
-    Some((if negative { -size } else { size }, at - 1))
+    // signs of readings come by chance: no branch by them
+    Some((f64::from_bits(size.to_bits() | (u64::from(negative) << 63)), at - 1))
 }
 
 /// Any decimal number, with another mark than a point of up to [`LONGEST`] bytes.
+#[cold]
 fn exactly(bytes: &[u8], mark: u8) -> Option<f64> {
     if mark == b'.' {
         return std::str::from_utf8(bytes).ok()?.parse().ok();

@@ -25,8 +25,9 @@ use std::collections::BTreeMap;
 
 /// What `tumble fit --json` writes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(rename = "FitReport")]
 #[non_exhaustive]
-pub struct FitReport {
+pub struct FitReport<R = Vec<ReadingReport>> {
     /// Version of the program that wrote it.
     pub tumble: String,
     /// Always `fit`.
@@ -77,7 +78,7 @@ pub struct FitReport {
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub nonlinear: BTreeMap<String, f64>,
     /// Each value that was read.
-    pub readings: Vec<ReadingReport>,
+    pub readings: R,
     /// Correlations of the estimated parameters.
     pub correlation: CovarianceFile,
     /// How readings of this unit are corrected; absent where no sensor follows a rate or specific force that the fit determines.
@@ -438,11 +439,31 @@ pub struct ConvergenceReport {
 
 /// The report of a fit.
 pub fn fit_report(fit: &Fit) -> FitReport {
-    FitReport { readings: readings(fit), ..fit_summary(fit) }
+    with_readings(fit, readings(fit).collect())
 }
 
 /// The same without its list of readings, which takes a kilobyte for each.
 pub fn fit_summary(fit: &Fit) -> FitReport {
+    with_readings(fit, Vec::new())
+}
+
+/// The whole report, whose readings are made one by one as it is written.
+#[cfg(feature = "cli")]
+pub(crate) fn fit_to_write(fit: &Fit) -> FitReport<impl Serialize + '_> {
+    with_readings(fit, Written(fit))
+}
+
+#[cfg(feature = "cli")]
+struct Written<'a>(&'a Fit);
+
+#[cfg(feature = "cli")]
+impl Serialize for Written<'_> {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(readings(self.0))
+    }
+}
+
+fn with_readings<R>(fit: &Fit, readings: R) -> FitReport<R> {
     let campaign = &fit.campaign;
     let order: Vec<String> = campaign.estimated().iter().map(|p| p.id.clone()).collect();
     let scales_known = fit.estimate.group_scale.iter().all(Option::is_some);
@@ -485,7 +506,7 @@ pub fn fit_summary(fit: &Fit) -> FitReport {
         estimable_combinations: fit.combinations.iter().map(combination).collect(),
         conditional: fit.conditional.clone(),
         nonlinear: nonlinear(fit),
-        readings: Vec::new(),
+        readings,
         convergence: fit.convergence.as_ref().map(|record| ConvergenceReport {
             converged: record.converged,
             stop: record.stop,
@@ -720,15 +741,13 @@ fn summary(fit: &Fit) -> FitSummary {
     }
 }
 
-fn readings(fit: &Fit) -> Vec<ReadingReport> {
-    let mut reports = Vec::with_capacity(fit.design.rows.len());
+fn readings(fit: &Fit) -> impl Iterator<Item = ReadingReport> + '_ {
     let names = checks::Names::of(fit);
-    for (row, ((origin, predicted), (quality, observed))) in
-        fit.design.rows.iter().zip(&fit.design.predicted).zip(fit.quality.iter().zip(&fit.system.observed)).enumerate()
-    {
+    let rows = fit.design.rows.iter().zip(&fit.design.predicted).zip(fit.quality().zip(&fit.system.observed));
+    rows.enumerate().map(move |(row, ((origin, predicted), (quality, observed)))| {
         let reading = fit.campaign.readings.rows.get(origin.reading);
         let value = predicted + observed;
-        reports.push(ReadingReport {
+        ReadingReport {
             index: fit.number(origin.reading),
             position: fit.campaign.position_of(origin.reading).to_string(),
             sensor: fit.campaign.sensor_id(origin.sensor).to_string(),
@@ -744,7 +763,6 @@ fn readings(fit: &Fit) -> Vec<ReadingReport> {
             mdb: fit.checks.detectable.get(row).copied().flatten().or(quality.mdb),
             external: checks::external(fit, &names, row),
             robust_weight: fit.robust.as_ref().and_then(|record| record.weights.get(row)).copied(),
-        });
-    }
-    reports
+        }
+    })
 }

@@ -76,6 +76,8 @@ pub(crate) use diagnose::{ChangeReport, EffectReport, GapsReport};
 pub use diagnose::{DiagnoseReport, diagnose_report};
 pub use diagnose_document::diagnose_document;
 pub(crate) use diagnose_document::{alias_note, diagnose_figure};
+#[cfg(feature = "cli")]
+pub(crate) use fit::fit_to_write;
 pub(crate) use fit::{ArcsecReport, BudgetReport, ParameterReport, ReadingReport};
 pub use fit::{FitReport, fit_report, fit_summary};
 pub use fit_document::{Asked, fit_document};

@@ -42,7 +42,7 @@ pub fn sheet_csv(schedule: &Campaign) -> String {
     titles.extend(columns.iter().map(|(title, _)| title.clone()));
     // uncertainties stand beside the values
     let u_of =
-        |row: &Reading, sensor: usize| row.unread().planned_u.into_iter().find(|(k, _)| *k == sensor).map(|(_, u)| u);
+        |row: &Reading, sensor: usize| row.unread().planned_u.iter().find(|(k, _)| *k == sensor).map(|(_, u)| *u);
     let has_u = |sensor: &usize| schedule.readings.rows.iter().any(|row| u_of(row, *sensor).is_some());
     let with_u: Vec<usize> = (0..schedule.bench.sensors.len()).filter(has_u).collect();
     for (k, sensor) in schedule.bench.sensors.iter().enumerate() {

@@ -17,7 +17,7 @@ pub(crate) use columns::{columns, indicator};
 pub(crate) use deviations::TrueScatter;
 pub use regressor::Regressor;
 
-use crate::campaign::{Campaign, Kind, Observation, is_axis_input};
+use crate::campaign::{Campaign, Kind, Observation, Shared, is_axis_input};
 use crate::design::{self, Model};
 use crate::elements::Elements;
 use crate::error::{Fault, Malformed, Result};
@@ -161,7 +161,7 @@ pub fn simulate(schedule: &Campaign, truth: &Truth, seed: u64) -> Result<Campaig
         reading.observations.push(Observation { sensor: origin.sensor, value, u, samples });
     }
     for reading in &mut campaign.readings.rows {
-        reading.planned_u.clear();
+        reading.planned_u = Shared::default();
     }
     Ok(campaign)
 }

@@ -4,7 +4,7 @@ use super::Named;
 use super::columns::{from_title, key_unit};
 use crate::bench::Bench;
 use crate::campaign::is_axis_input;
-use crate::campaign::{JointState, Label, Observation, Place, Pool, Reading, Readings};
+use crate::campaign::{JointState, Label, Observation, Place, Pool, Reading, Readings, Shared};
 use crate::design::indifferent_angles;
 use crate::error::{Fault, Malformed, Result};
 use crate::mix::Mix;
@@ -391,6 +391,8 @@ pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings
         labels: HashSet::default(),
         states: Pool::default(),
         numbers: Pool::default(),
+        observed: Pool::default(),
+        room: Room::default(),
     };
     rows.visit(&mut |place, cells| {
         let filled = maker.reading(place, cells)?;
@@ -403,6 +405,8 @@ pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings
         made.push(filled);
         Ok(())
     })?;
+    // lists of the readings are there from now on
+    drop(maker);
     let mut rows = made;
     // in a schedule an uncertainty stands for a value still to be read; among values, the value is missing
     if rows.iter().any(|row| !row.observations.is_empty()) {
@@ -412,7 +416,7 @@ pub(super) fn from_cells(bench: &Bench, rows: &impl CellRows) -> Result<Readings
                 .expected(format!("the value that this uncertainty belongs to, as \"{id}\""))
                 .at_path(format!("{place}.{id}_u")));
         }
-        rows.iter_mut().for_each(|row| row.planned_u.clear());
+        rows.iter_mut().for_each(|row| row.planned_u = Shared::default());
     }
     Ok(Readings { columns, rows })
 }
@@ -438,6 +442,20 @@ struct Maker<'a> {
     labels: HashSet<Label, BuildHasherDefault<Mix>>,
     states: Pool<JointState>,
     numbers: Pool<Option<f64>>,
+    observed: Pool<Observation>,
+    room: Room,
+}
+
+/// What is gathered of one row.
+#[derive(Default)]
+struct Room {
+    /// Value and standard uncertainty of each sensor.
+    values: Vec<(Option<f64>, Option<f64>)>,
+    /// Angle, rate and turns of each joint.
+    states: Vec<[Option<f64>; 3]>,
+    joints: Vec<JointState>,
+    numbers: Vec<Option<f64>>,
+    observations: Vec<Observation>,
 }
 
 impl Maker<'_> {
@@ -458,9 +476,15 @@ impl Maker<'_> {
         let mut position = Label::default();
         let mut samples = 1.0;
         let mut remarks = Vec::new();
-        let mut values: Vec<(Option<f64>, Option<f64>)> = vec![(None, None); self.bench.sensors.len()];
-        let mut states: Vec<[Option<f64>; 3]> = vec![[None; 3]; self.joints.len()];
-        let mut numbers: Vec<Option<f64>> = vec![None; self.columns];
+        let Room { mut values, mut states, mut joints, mut numbers, mut observations } = std::mem::take(&mut self.room);
+        values.clear();
+        values.resize(self.bench.sensors.len(), (None, None));
+        states.clear();
+        states.resize(self.joints.len(), [None; 3]);
+        numbers.clear();
+        numbers.resize(self.columns, None);
+        joints.clear();
+        observations.clear();
         for (k, says) in cells {
             let Some(Key { name, meaning, column }) = self.keys.get(*k) else { continue };
             let number = match (*says, meaning) {
@@ -510,7 +534,6 @@ impl Maker<'_> {
                 Meaning::Position | Meaning::Column => {}
             }
         }
-        let mut joints = Vec::with_capacity(self.joints.len());
         for (k, (joint, [deg, deg_s, turns])) in self.joints.iter().zip(&states).enumerate() {
             let indifferent =
                 || self.indifferent.get_or_init(|| indifferent_angles(self.bench)).get(k).copied().flatten();
@@ -529,8 +552,8 @@ impl Maker<'_> {
                 set(&mut numbers, column, |slot| *slot = slot.or(Some(0.0)));
             }
         }
-        let read = values.iter().filter(|(value, _)| value.is_some()).count();
-        let (mut observations, mut planned_u) = (Vec::with_capacity(read), Vec::new());
+        Reading::check_turning(&joints, self.joints).map_err(|e| e.under(&place().to_string()))?;
+        let mut planned_u = Vec::new();
         for (k, (value, u)) in values.iter().enumerate() {
             match (value, u) {
                 (Some(value), u) => observations.push(Observation { sensor: k, value: *value, u: *u, samples }),
@@ -538,10 +561,17 @@ impl Maker<'_> {
                 (None, None) => {}
             }
         }
-        let joints = self.states.share(&joints, joints.iter().flat_map(JointState::bits));
-        let columns = self.numbers.share(&numbers, numbers.iter().map(|number| number.map_or(u64::MAX, f64::to_bits)));
-        let reading = Reading { position, joints, columns, observations, samples, planned_u, remarks, place: place() };
-        reading.check_turning(self.joints).map_err(|e| e.under(&reading.place.to_string()))?;
+        let reading = Reading {
+            position,
+            joints: self.states.share(&joints, joints.iter().flat_map(JointState::bits)),
+            columns: self.numbers.share(&numbers, numbers.iter().map(|x| x.map_or(u64::MAX, f64::to_bits))),
+            observations: self.observed.keep(&observations),
+            samples,
+            planned_u: planned_u.into(),
+            remarks: remarks.into(),
+            place: place(),
+        };
+        self.room = Room { values, states, joints, numbers, observations };
         Ok(reading)
     }
 

@@ -367,12 +367,9 @@ impl<'a> RecordRows<'a> {
                 pattern.push(i);
             }
         };
+        let is_one = self.patterns.len() == 1 && self.patterns.iter().all(|p| p.position.is_empty());
         match &self.segments {
-            Segments::All => (0..count).for_each(|k| take(k, Some(0))),
-            Segments::Labels if self.patterns.len() == 1 && self.patterns.iter().all(|p| p.position.is_empty()) => {
-                (0..count).for_each(|k| take(k, Some(0)));
-            }
-            Segments::Labels => {
+            Segments::Labels if !is_one => {
                 let labels = self.raw.columns.get(self.read.len()).map_or(&[][..], Vec::as_slice);
                 for (k, label) in labels.iter().enumerate() {
                     if run.is_none_or(|(last, _)| last != label.to_bits()) {
@@ -396,6 +393,10 @@ impl<'a> RecordRows<'a> {
                 for (k, t) in time.iter().map(|t| t - zero).enumerate() {
                     take(k, list.iter().find(|(_, start, end)| t >= *start && t <= *end).map(|(i, ..)| *i));
                 }
+            }
+            Segments::All | Segments::Labels => {
+                rows.extend(0..count);
+                pattern.resize(count, 0);
             }
         }
         Ok(())
@@ -486,14 +487,10 @@ impl<'a> RecordRows<'a> {
             if read.slot.is_some() && read.slot == time_slot {
                 continue;
             }
-            let converted: Vec<f64> = rows.iter().map(|k| read.converted(raw.at(*k))).collect();
+            let converted = || rows.iter().map(|k| read.converted(raw.at(*k)));
+            let column = read.slot.and_then(|slot| block.columns.get_mut(slot));
             let target = read.meaning.list(&mut block.sensors, joints, &mut samples);
-            if let Some(to) = read.slot.and_then(|slot| block.columns.get_mut(slot)) {
-                over(to, converted.iter().copied());
-            }
-            if let Some(to) = target {
-                over(to, converted.into_iter());
-            }
+            column.into_iter().chain(target).for_each(|to| over(to, converted()));
         }
         for (p, stated_once) in self.patterns.iter().enumerate() {
             let fill = |to: &mut Vec<f64>, number: f64| {
@@ -705,12 +702,11 @@ impl Rows for RecordRows<'_> {
         });
         into.joints.refill(self.taken.joints.len(), joints)?;
         into.samples = block.sensors.first().and_then(|values| number(&values.samples)).unwrap_or(1.0);
-        into.observations.clear();
-        for (sensor, values) in block.sensors.iter().enumerate() {
-            let Some(value) = number(&values.values) else { continue };
-            into.observations.push(Observation { sensor, value, u: number(&values.u), samples: into.samples });
-        }
-        Ok(())
+        let (samples, sensors) = (into.samples, block.sensors.iter().enumerate());
+        let observation = |(sensor, values): (usize, &streamed::Observed)| {
+            number(&values.values).map(|value| Ok(Observation { sensor, value, u: number(&values.u), samples }))
+        };
+        into.observations.refill(sensors.clone().filter_map(observation).count(), sensors.filter_map(observation))
     }
 
     fn place(&self, k: usize) -> Place {

@@ -140,7 +140,7 @@ fn what_one_of_six_sensors_has_alone_is_its_own() {
             let noise: Vec<f64> =
                 campaign.bench.sensors.iter().map(|own| if own.id.starts_with('G') { 0.02 } else { 2e-5 }).collect();
             for (i, row) in campaign.readings.rows.iter_mut().enumerate() {
-                for observation in &mut row.observations {
+                for observation in row.observations.iter_mut() {
                     observation.u = stated.then_some(noise[observation.sensor]);
                     if observation.sensor == k {
                         // 36 settings, each read twice

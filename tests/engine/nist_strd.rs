@@ -91,7 +91,7 @@ fn digits_of_a_fit() {
             beta = beta.min(digits(value(&fit, parameter), number(&exact["exact"])));
             errors = errors.min(digits(uncertainty(&fit, parameter), number(&exact["u"])));
         }
-        let leverages = worst(fit.quality.iter().map(|row| row.leverage), &numbers(&expected["leverages"]));
+        let leverages = worst(fit.quality().map(|row| row.leverage), &numbers(&expected["leverages"]));
         let (required, numpy) = (number(&expected["required_digits"]), number(&expected["numpy_digits"]));
         println!("{id:10} {required:8.1} {beta:12.1} {numpy:6.1} {errors:15.1} {leverages:10.1}");
         assert!(beta >= required, "{id}: {beta:.1} digits, {required} required");

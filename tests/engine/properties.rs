@@ -169,6 +169,41 @@ fn assert_same(a: &Fit, b: &Fit, scale: impl Fn(&str) -> f64, share: f64) {
     }
 }
 
+/// What a design has of a reading is what is predicted of it alone, to the last bit: also where another reading of the same setting was worked out.
+#[test]
+fn rows_of_a_design_are_those_of_each_reading_alone() {
+    each(60, |k, question| {
+        let campaign = question.campaign(None);
+        let model = Model::new(&campaign).expect("a model");
+        let point: Vec<f64> = question.point(&campaign).iter().map(|v| v + 0.1).collect();
+        let design = design::assemble(&campaign, &model, &point).expect("rows");
+        let (mut gradient, mut work) = (vec![0.0; point.len()], model.workspace());
+        for (i, origin) in design.rows.iter().enumerate() {
+            let place = (origin.reading, origin.sensor);
+            let value = model.predict(&campaign, place.0, place.1, &point, &mut gradient, &mut work).expect("a value");
+            assert_eq!(value, design.predicted[i], "question {k}, row {i}");
+            (0..point.len()).for_each(|j| assert_eq!(gradient[j], design.jacobian[(i, j)], "question {k}, row {i}"));
+        }
+    });
+}
+
+/// Readings of one setting share what they have in common, until one of them changes it.
+#[test]
+fn a_reading_that_is_changed_leaves_the_others_as_they_are() {
+    let readings = r#"{"x": 1, "y": 2}, {"x": 1, "y": 3}, {"x": 5, "y": 2}"#;
+    let mut campaign = parse(&format!(
+        r#"{{ "bench": {{ "id": "line", "sensors": {{ "y": {{ "model": "a + b*x" }} }} }}, "estimate": {{ "a": {{}}, "b": {{}} }},
+        "readings": [{readings}] }}"#
+    ));
+    let rows = &mut campaign.readings.rows;
+    assert!(rows[0].columns == rows[1].columns && rows[0].columns != rows[2].columns);
+    rows[0].columns[0] = Some(7.0);
+    rows[1].observations[0].value = 9.0;
+    let x: Vec<Option<f64>> = rows.iter().map(|row| row.columns[0]).collect();
+    let y: Vec<f64> = rows.iter().map(|row| row.observations[0].value).collect();
+    assert_eq!((x, y), (vec![Some(7.0), Some(1.0), Some(5.0)], vec![2.0, 9.0, 2.0]));
+}
+
 #[test]
 fn derivatives_equal_central_differences() {
     let mut compared = 0;
@@ -236,7 +271,7 @@ fn noiseless_truth_comes_back() {
 fn redundancy_numbers_sum_to_the_degrees_of_freedom() {
     each(100, |_, question| {
         let fit = fitted(&question.campaign(Some(&question.noisy())));
-        let sum: f64 = fit.quality.iter().map(|row| row.redundancy).sum();
+        let sum: f64 = fit.quality().map(|row| row.redundancy).sum();
         assert_within(sum, fit.estimate.dof as f64, 1e-10, "sum of redundancy numbers");
         assert_eq!(fit.estimate.dof + fit.estimate.unknowns.rank, fit.design.rows.len());
         assert_eq!(fit.estimate.unknowns.rank + fit.not_estimable.len(), fit.parameters.len());

@@ -31,7 +31,7 @@ fn assert_as_solved_exactly(name: &str, fit: &Fit, expected: &Value, relative: f
     let readings = fit.design.rows.len();
     let largest =
         fit.campaign.readings.rows.iter().flat_map(|r| &r.observations).fold(0.0_f64, |m, o| m.max(o.value.abs()));
-    for (row, i) in fit.quality.iter().zip(0..readings) {
+    for (row, i) in fit.quality().zip(0..readings) {
         near(row.residual, &expected["residuals"][i], relative, largest, "residual");
         near(row.leverage, &expected["leverages"][i], 1e2 * relative, 1.0, "leverage");
         near(row.redundancy, &expected["redundancy"][i], 1e2 * relative, 1.0, "redundancy number");

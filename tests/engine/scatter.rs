@@ -61,11 +61,13 @@ fn stated_scatter_is_dense_generalised_least_squares() {
         near(found.estimate.sum_of_squares, case["chi_square"].as_f64().unwrap(), 1e-9, name);
         near(found.whitening.log_determinant(), case["log_determinant"].as_f64().unwrap(), 1e-9, name);
         // what tests one wrong reading
-        let quality = tumble::quality::rows(&system, &found.estimate, Some(&found));
         let expected = numbers(&case["studentized"]).into_iter().zip(numbers(&case["redundancy"]));
-        for (own, (studentized, redundancy)) in quality.iter().zip(expected) {
-            near(own.redundancy, redundancy, 1e-9, name);
-            assert!((own.studentized.unwrap() - studentized).abs() < 1e-9 * studentized.abs().max(1.0), "{name}");
+        for ((own, standardized), (studentized, redundancy)) in
+            found.redundancy.iter().zip(&found.standardized).zip(expected)
+        {
+            near(*own, redundancy, 1e-9, name);
+            let own = standardized / own.sqrt();
+            assert!((own - studentized).abs() < 1e-9 * studentized.abs().max(1.0), "{name}");
         }
         // sensitivities are those of the estimate
         let moved: f64 = (0..m).map(|k| found.sensitivities[(0, k)] * system.observed[k]).sum();
@@ -96,14 +98,14 @@ fn a_deviation_of_each_row_is_its_noise() {
         };
         let settings = Settings::default();
         let found = adjust_scattered(&system(own), &[line], None, &[], &settings).unwrap();
-        let quality = tumble::quality::rows(&system(own), &found.estimate, Some(&found));
-        let plain = system(own.hypot(1.0));
-        let expected = tumble::quality::rows(&plain, &tumble::estimate::adjust(&plain, &settings).unwrap(), None);
+        let u = own.hypot(1.0);
+        let expected = adjust(&system(u), &settings).unwrap();
         // rounding of projections, and of 1e-18 beside 1
-        let near = |a: Option<f64>, b: Option<f64>| assert!((a.unwrap() - b.unwrap()).abs() < 1e-12, "{a:?} {b:?}");
-        for (a, b) in quality.iter().zip(&expected) {
-            near(a.studentized, b.studentized);
-            near(a.mdb, b.mdb);
+        let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+        for (row, (place, sd)) in found.alone.iter().enumerate() {
+            let (ours, plain) = (found.redundancy[*place].sqrt(), expected.redundancy[row].sqrt());
+            near(found.standardized[*place] * sd.signum() / ours, expected.residuals[row] / u / plain);
+            near(sd.abs() / ours, u / plain);
         }
     }
 }

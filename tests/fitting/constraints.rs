@@ -252,7 +252,7 @@ fn statistics_of_residuals_are_those_on_the_face() {
         assert!((bounded.point[0] + 0.3).abs() < 1e-12);
         assert!((bounded.sum_of_squares() - 2.7).abs() < 1e-12 && bounded.estimate.dof == 5);
         assert!((bounded.residual_sd().unwrap() - (2.7_f64 / 5.0).sqrt()).abs() < 1e-12);
-        for (k, own) in bounded.quality.iter().enumerate() {
+        for (k, own) in bounded.quality().enumerate() {
             let v = if k < 5 { 0.3 } else { -1.5 };
             assert!((own.residual - v).abs() < 1e-12 && (own.redundancy - 5.0 / 6.0).abs() < 1e-12);
             assert!((own.studentized.unwrap() - v / (sd * (5.0_f64 / 6.0).sqrt())).abs() < 1e-12);

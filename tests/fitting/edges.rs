@@ -138,7 +138,7 @@ fn a_design_of_another_campaign_is_refused() {
     assert_eq!(weigh(&campaign, &full).unwrap().observed.len(), 3);
     // a reading without the value that the design has a row for
     let mut other = campaign.clone();
-    other.readings.rows[1].observations.clear();
+    other.readings.rows[1].observations = Vec::new().into();
     let error = weigh(&other, &full).expect_err("a row without its value").to_string();
     assert!(error.contains("a row of the design has no value of y") && error.contains("reading 2 of 3"), "{error}");
     // fewer readings than the design has

@@ -155,7 +155,7 @@ pub fn cosine(measured: &Campaign, a: &[f64], b: &[f64]) -> f64 {
 fn unread(own: &Reading) -> Reading {
     let stated = own.observations.iter().filter_map(|o| Some((o.sensor, o.u?)));
     let planned_u = own.planned_u.iter().copied().chain(stated).collect();
-    Reading { observations: Vec::new(), planned_u, ..own.clone() }
+    Reading { observations: Vec::new().into(), planned_u, ..own.clone() }
 }
 
 /// What the sensors say at a position, after those that were read before; `truth` is the world.

@@ -56,24 +56,21 @@ fn many_places_are_each_by_itself() {
         "3",
         "y",
     ];
-    let places: Vec<(f64, f64)> = (0..45).map(|k| (0.3 * f64::from(k) - 1.25, 1.5 - 0.4 * f64::from(k))).collect();
+    const PLACES: usize = 45;
+    let x: [f64; PLACES] = std::array::from_fn(|k| 0.3 * k as f64 - 1.25);
+    let y: [f64; PLACES] = std::array::from_fn(|k| 1.5 - 0.4 * k as f64);
     for line in lines {
         let tape = Tape::compile(&Expression::parse(line).unwrap(), &["x", "unused", "y"]).unwrap();
-        let count = places.len();
-        let inputs: Vec<f64> = tape
-            .reads()
-            .iter()
-            .flat_map(|slot| places.iter().map(move |p| if *slot == 0 { p.0 } else { p.1 }))
-            .collect();
-        let (mut values, mut gradients) = (vec![f64::NAN; count], vec![f64::NAN; tape.reads().len() * count]);
-        tape.gradient_of_many(count, &inputs, &mut Scratch::default(), &mut values, &mut gradients);
+        let mut gradients = vec![[f64::NAN; PLACES]; tape.reads().len()];
+        let input = |k: usize| if tape.reads()[k] == 0 { x } else { y };
+        let values = tape.gradient_of(input, &mut Scratch::default(), |k, bar| gradients[k] = *bar);
         let same = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan());
-        for (l, (x, y)) in places.iter().enumerate() {
+        for l in 0..PLACES {
             let mut gradient = [f64::NAN; 3];
-            let value = tape.gradient(&[*x, 0.0, *y], &mut Scratch::default(), &mut gradient);
+            let value = tape.gradient(&[x[l], 0.0, y[l]], &mut Scratch::default(), &mut gradient);
             assert!(same(value, values[l]), "{line}");
-            for (k, slot) in tape.reads().iter().enumerate() {
-                assert!(same(gradient[*slot], gradients[k * count + l]), "{line} at {x}, {y}");
+            for (slot, own) in tape.reads().iter().zip(&gradients) {
+                assert!(same(gradient[*slot], own[l]), "{line} at {}, {}", x[l], y[l]);
             }
         }
     }

@@ -100,7 +100,7 @@ fn exchange_finds_what_full_enumeration_finds() {
                 (value(&chosen) - best).abs() <= 1e-9 * best.abs().max(1.0),
                 "{choose} of {count} x {rows}: {best}"
             );
-            assert_eq!((found.enumerated, found.efficiency), (Some(all.len() as u64), Some(1.0)));
+            assert_eq!((found.search.enumerated, found.search.efficiency), (Some(all.len() as u64), Some(1.0)));
             line.push_str(&format!(" {best:>12.6}"));
         }
         println!("{line}");

@@ -34,12 +34,12 @@ fn exchanges_find_what_numpy_enumerates() {
             };
             let best = plan::improve(&campaign, &offer, &request).unwrap();
             // all are tried below 1e5
-            assert_eq!(best.enumerated.is_some(), problem["designs"].as_u64().unwrap() < 100_000);
+            assert_eq!(best.search.enumerated.is_some(), problem["designs"].as_u64().unwrap() < 100_000);
             let found = by_definition(&rows, &best.schedule, name, &c);
             // the bound: the least of all designs is no lower
             let bound = match name {
-                "D" => found + n as f64 * best.efficiency.unwrap().ln(),
-                _ => found * best.efficiency.unwrap(),
+                "D" => found + n as f64 * best.search.efficiency.unwrap().ln(),
+                _ => found * best.search.efficiency.unwrap(),
             };
             assert!(bound <= least + 1e-9 * least.abs(), "{name}: {bound} {least}");
             let short = (found - least) / least.abs().max(1.0);
@@ -96,7 +96,7 @@ fn the_e_optimal_parabola() {
     let c = &best.judgement.covariance;
     let worst = DMatrix::from_fn(3, 3, |i, j| c[(i, j)]).symmetric_eigenvalues().max();
     assert!((worst - 1.0).abs() < 1e-12, "{worst}");
-    assert!(best.efficiency.unwrap() > 0.999, "{:?}", best.efficiency);
+    assert!(best.search.efficiency.unwrap() > 0.999, "{:?}", best.search.efficiency);
 }
 
 /// Two readings of `b + c cos(beta)` tell most at 0 and 180 deg, `det M = 4`. A sweep of 50 deg has 0 and 200 deg at best, so moving the angles
@@ -275,8 +275,8 @@ fn what_is_measured_stays() {
     let noise = Noise::new(&whole, &[("V".into(), 9e-4)], &[]).unwrap();
     // half done: ten readings have values, two positions are still to be read
     let mut rows = whole.readings.rows[..12].to_vec();
-    rows[10].observations.clear();
-    rows[11].observations.clear();
+    rows[10].observations = Vec::new().into();
+    rows[11].observations = Vec::new().into();
     let half = whole.with_readings(Readings { rows, ..whole.readings.clone() });
     let planned = half.with_readings(plan::planned(&half, &half.readings));
     let judged = plan::judge(&planned, &noise, &Costs::default()).unwrap();

@@ -125,7 +125,7 @@ fn a_schedule_states_its_uncertainties() {
     assert_close(judgement.parameters[0].u.unwrap(), weight.sqrt().recip(), 1e-12);
     let file = wire::campaign_file(&schedule, wire::BenchRef::Inline(Box::new(wire::bench_file(&schedule.bench))));
     let again = campaign(&serde_json::to_string(&file).unwrap());
-    assert_eq!(again.readings.rows[4].planned_u, [(0, 0.1)]);
+    assert_eq!(again.readings.rows[4].planned_u[..], [(0, 0.1)]);
     let text = r#"{ "bench": { "id": "level", "sensors": { "y": { "model": "a" } } }, "estimate": { "a": {} },
              "readings": [ { "run": 1, "y": 2.0, "y_u": 0.5 }, { "run": 2, "y_u": 0.1 } ] }"#;
     let error =

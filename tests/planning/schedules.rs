@@ -17,7 +17,7 @@ fn bound_of_the_parabola() {
     assert_eq!(places(&best.schedule), [0, 0, 20, 20, 40, 40]);
     let c = &best.judgement.covariance;
     assert_close(determinant((0..3).map(|i| (0..3).map(|j| c[(i, j)]).collect()).collect()), 1.0 / 32.0, 1e-12);
-    let efficiency = best.efficiency.unwrap();
+    let efficiency = best.search.efficiency.unwrap();
     assert!(efficiency > 0.9999 && efficiency <= 1.0, "{efficiency}");
 }
 

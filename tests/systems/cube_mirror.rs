@@ -242,7 +242,7 @@ fn what_hides_in_what_is_named() {
     let mut campaign = campaign(&format!("{FOLDER}/attitude.campaign.json"));
     // without the mark nothing fixes the azimuths
     for row in &mut campaign.readings.rows {
-        row.observations.retain(|o| o.sensor != 0);
+        row.observations = row.observations.iter().copied().filter(|o| o.sensor != 0).collect();
     }
     let fit = fit::fit(&campaign, &exact()).unwrap();
     let texts: String = fit.not_estimable.iter().flat_map(|s| &s.estimable).map(|c| c.text.clone() + "; ").collect();
@@ -279,7 +279,7 @@ fn estimated_weights_cost_what_is_added_for_them() {
     let estimated = near(&campaign(&format!("{FOLDER}/attitude.campaign.json")));
     let mut stated = estimated.clone();
     let sd = |sensor: usize| if sensor < 7 { 0.7 } else { 0.9 };
-    for o in stated.readings.rows.iter_mut().flat_map(|row| &mut row.observations) {
+    for o in stated.readings.rows.iter_mut().flat_map(|row| row.observations.iter_mut()) {
         o.u = Some(sd(o.sensor));
     }
     let count = draws(400, 2000);

@@ -78,7 +78,7 @@ pub fn simulated(
     let mut gradient = vec![0.0; campaign.parameters.len()];
     let mut filled = campaign.clone();
     for (k, row) in filled.readings.rows.iter_mut().enumerate() {
-        for o in &mut row.observations {
+        for o in row.observations.iter_mut() {
             let value = model.predict(campaign, k, o.sensor, &point, &mut gradient, &mut work).unwrap();
             o.value = value + sd(o.sensor, o.u) * normal(random);
         }

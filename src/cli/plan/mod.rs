@@ -8,7 +8,7 @@ pub(super) use arguments::Arguments;
 
 use super::pages::workbook;
 use super::{Outcome, files};
-use crate::campaign::{Campaign, Kind, Reading, Readings};
+use crate::campaign::{Campaign, Kind, Reading, Readings, Shared};
 use crate::diagnosis;
 use crate::document::html;
 use crate::error::{Fault, Malformed, Result};
@@ -209,16 +209,17 @@ fn to_write(asked: &Readings, run: Readings, kept: usize, in_order: bool, noise:
     let row = |(k, row): (usize, &Reading)| match asked.rows.get(k).filter(|_| k < kept && in_order) {
         Some(schedule) => schedule.clone(),
         None if k < kept => row.clone(),
-        None if measured => Reading { planned_u: Vec::new(), ..row.unread() },
+        None if measured => Reading { planned_u: Shared::default(), ..row.unread() },
         None => {
             let mut row = row.unread();
             let given = noise.sensors.iter().enumerate().filter(|(_, own)| own.from == NoiseSource::Given);
+            let mut planned_u = row.planned_u.to_vec();
             for (sensor, _) in given {
-                let u = noise.u(&row, sensor);
-                row.planned_u.retain(|(other, _)| *other != sensor);
-                row.planned_u.push((sensor, u));
+                planned_u.retain(|(other, _)| *other != sensor);
+                planned_u.push((sensor, noise.u(&row, sensor)));
             }
-            row.planned_u.sort_by_key(|(sensor, _)| *sensor);
+            planned_u.sort_by_key(|(sensor, _)| *sensor);
+            row.planned_u = planned_u.into();
             row
         }
     };

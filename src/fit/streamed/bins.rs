@@ -26,6 +26,8 @@ use faer::{Mat, Side};
 
 /// Parts of a range.
 const BINS: usize = 8;
+/// Numbers of a register: products are summed up a whole one at a time, and behind the last of them stand zeros.
+const LANES: usize = 4;
 /// Most inputs that are looked at.
 pub(super) const MOST: usize = 6;
 /// A column that is nearly one of those before it has so small a rest.
@@ -42,8 +44,9 @@ pub(super) struct Input {
 }
 
 impl Input {
-    fn bin(&self, value: f64) -> usize {
-        number::count(BINS as f64 * (value - self.low) / (self.high - self.low)).min(BINS - 1)
+    /// Where a value lies in the range, in bins.
+    fn share(&self, value: f64) -> f64 {
+        BINS as f64 * (value - self.low) / (self.high - self.low)
     }
 }
 
@@ -52,6 +55,8 @@ pub(super) struct Binned {
     inputs: Vec<Steps>,
     /// The last block, row by row: directions, observation.
     rows: Vec<f64>,
+    /// Where the values of an input lie in its range.
+    shares: Vec<f64>,
 }
 
 /// Sums of one input.
@@ -75,9 +80,9 @@ impl Binned {
             sums: [Sum::default(); BINS],
             means: [0.0; BINS],
             squares: [[0.0; BINS]; BINS],
-            products: vec![0.0; BINS * (directions + 1)],
+            products: vec![0.0; BINS * (directions + 1).next_multiple_of(LANES)],
         };
-        Binned { inputs: (0..inputs).map(|_| steps()).collect(), rows: Vec::new() }
+        Binned { inputs: (0..inputs).map(|_| steps()).collect(), rows: Vec::new(), shares: Vec::new() }
     }
 
     /// Takes a block that was folded: `turned` are its independent rows in the directions, observations behind them, and `residuals` those of the rows as they were
@@ -89,17 +94,19 @@ impl Binned {
         residuals: &[f64],
         (turned, folding): (&Mat<f64>, &Folding),
     ) {
-        let width = turned.ncols();
+        let width = turned.ncols().next_multiple_of(LANES);
         self.rows.resize(turned.nrows() * width, 0.0);
-        for j in 0..width {
+        for j in 0..turned.ncols() {
             let column = turned.col_as_slice(j).iter();
             self.rows.iter_mut().skip(j).step_by(width).zip(column).for_each(|(to, value)| *to = *value);
         }
         let filter = folding.filter();
         let correlated = filter.is_correlated();
         for ((steps, input), values) in self.inputs.iter_mut().zip(inputs).zip(chunk.inputs) {
-            for (i, (value, row)) in values.iter().zip(self.rows.chunks_exact(width)).enumerate() {
-                let bin = value.is_finite().then(|| input.bin(*value));
+            self.shares.clear();
+            self.shares.extend(values.iter().map(|value| input.share(*value)));
+            for (i, (share, row)) in self.shares.iter().zip(self.rows.chunks_exact(width)).enumerate() {
+                let bin = share.is_finite().then(|| number::count(*share).min(BINS - 1));
                 if let Some(bin) = bin {
                     steps.counts[bin] += 1;
                     steps.sums[bin].add(residuals[i]);
@@ -112,8 +119,10 @@ impl Binned {
                     let innovation = f64::from(u8::from(bin == Some(b))) - mean;
                     steps.means[b] = mean + gain * innovation;
                     ones[b] = innovation * over;
-                    let products = &mut steps.products[b * width..(b + 1) * width];
-                    products.iter_mut().zip(row).for_each(|(sum, part)| *sum += ones[b] * part);
+                    let products = steps.products[b * width..(b + 1) * width].as_chunks_mut::<LANES>().0;
+                    for (sums, parts) in products.iter_mut().zip(row.as_chunks::<LANES>().0) {
+                        sums.iter_mut().zip(parts).for_each(|(sum, part)| *sum += ones[b] * part);
+                    }
                 }
                 for a in touched.clone() {
                     touched.clone().for_each(|b| steps.squares[a][b] += ones[a] * ones[b]);
@@ -152,16 +161,17 @@ impl Binned {
 impl Steps {
     /// `chi^2` and its degrees of freedom.
     fn test(&self, of_all: &Directed, scale: f64) -> (f64, usize) {
-        let width = of_all.unit.nrows() + 1;
-        let along = |b: usize| &self.products[b * width..b * width + width - 1];
+        let directions = of_all.unit.nrows();
+        let width = (directions + 1).next_multiple_of(LANES);
+        let along = |b: usize| &self.products[b * width..b * width + directions];
         let across: Vec<Vec<f64>> = (0..BINS)
             .map(|b| {
-                let own = &of_all.unit * Mat::from_fn(width - 1, 1, |k, _| along(b)[k]);
+                let own = &of_all.unit * Mat::from_fn(directions, 1, |k, _| along(b)[k]);
                 own.col_as_slice(0).to_vec()
             })
             .collect();
         let mut s: Vec<f64> = (0..BINS)
-            .map(|b| (self.products[(b + 1) * width - 1] - dot(&across[b], &of_all.observed)) / scale)
+            .map(|b| (self.products[b * width + directions] - dot(&across[b], &of_all.observed)) / scale)
             .collect();
         let mut g =
             Mat::from_fn(BINS, BINS, |a, b| self.squares[a][b] / scale - dot(along(a), &across[b]) / (scale * scale));

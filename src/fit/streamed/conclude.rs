@@ -20,7 +20,7 @@ use crate::fit::noise::{ScatterSources, VarianceSource};
 use crate::fit::parameters::{BudgetInputs, Told};
 use crate::fit::{Checks, Constraints, Estimator, Fit, in_uncertainties, separate, system};
 use crate::linear::subtract;
-use crate::quality::{self, RowQuality};
+use crate::quality;
 use crate::uncertainty::Evaluation;
 use faer::Mat;
 use std::collections::HashMap;
@@ -139,11 +139,8 @@ pub(super) fn conclude(
     solution.iter_mut().zip(&change).for_each(|(x, dx)| *x += dx);
     let model = design::Model::new(&campaign)?;
     let at = design::assemble(&campaign, &model, &point)?;
-    let at_solution = if settings.estimator == Estimator::Linear {
-        design::assemble(&campaign, &model, &solution)?
-    } else {
-        at.clone()
-    };
+    let at_solution =
+        if settings.estimator == Estimator::Linear { at.at(&campaign, &model, &solution)? } else { at.clone() };
     let weighed = system::weigh(&campaign, &at, settings.weighting)?;
     let values: u64 = parts.iter().flatten().map(|part| part.rows).sum();
     let all = values + question.priors.len() as u64;
@@ -183,8 +180,13 @@ pub(super) fn conclude(
     };
     let change: Vec<f64> = solution.iter().zip(&linear).map(|(exact, linear)| exact - linear).collect();
     let nonlinearity = in_uncertainties(&parameters, &change);
-    let quality = row_quality(&at, &weighed, &estimate, sizes, &solved, &independent);
-    let studentized: Vec<f64> = quality.iter().filter_map(|own| own.studentized).collect();
+    let of_row = |(origin, u): (&design::RowOrigin, &f64)| {
+        let s = origin.sensor;
+        let studentized = independent.get(&(origin.reading, s)).map(|w| w / solved.scale[s].sqrt());
+        (total(sizes, &solved, s, *u), studentized)
+    };
+    let quality: Vec<(f64, Option<f64>)> = at.rows.iter().zip(&weighed.u).map(of_row).collect();
+    let studentized: Vec<f64> = quality.iter().filter_map(|(_, studentized)| *studentized).collect();
     let is_stated = noise.sources.iter().all(|source| !source.estimated);
     let known_groups = weighed.group.iter().all(|group| *group == Group::Known);
     let tested = Estimate { sum_of_squares: solved.sum_of_squares(), ..estimate.clone() };
@@ -205,7 +207,7 @@ pub(super) fn conclude(
         noise,
         known_sensitivities,
         settled: found.settled && solved.found.settled,
-        quality,
+        tested: None,
         global_test,
         not_estimable,
         convergence: found.convergence.map(|record| crate::fit::Convergence { linear, ..record }),
@@ -218,6 +220,7 @@ pub(super) fn conclude(
             dof,
             sensors: tests,
             bins,
+            quality,
         }),
         estimate,
         campaign,
@@ -308,27 +311,6 @@ fn estimate(
 fn total(noise: &[Noise], solved: &Together, s: usize, relative: f64) -> f64 {
     let Noise { white, deviation, .. } = noise[s];
     (solved.scale[s] * ((white * relative).powi(2) + deviation * deviation)).sqrt()
-}
-
-/// Quality of the rows of the sample; studentized are the residuals of the independent rows.
-fn row_quality(
-    at: &design::DesignMatrix,
-    weighed: &System,
-    estimate: &Estimate,
-    noise: &[Noise],
-    solved: &Together,
-    independent: &HashMap<(usize, usize), f64>,
-) -> Vec<RowQuality> {
-    quality::rows(weighed, estimate, None)
-        .into_iter()
-        .enumerate()
-        .map(|(i, own)| {
-            let Some(origin) = at.rows.get(i) else { return own };
-            let s = origin.sensor;
-            let w = independent.get(&(origin.reading, s)).map(|w| w / solved.scale[s].sqrt());
-            RowQuality { u: Some(total(noise, solved, s, weighed.u[i])), studentized: w, mdb: None, ..own }
-        })
-        .collect()
 }
 
 /// Where a sensor's parameters stand: variance factor of its white noise, variance of its deviation, correlation time.

@@ -61,6 +61,8 @@ pub struct Streamed {
     pub sensors: Vec<SensorResiduals>,
     /// Lack of fit over the ranges of the inputs.
     pub bins: Vec<BinnedResiduals>,
+    /// Of each row of the sample: standard uncertainty, and studentized residual of the independent row.
+    pub(crate) quality: Vec<(f64, Option<f64>)>,
 }
 
 /// Rows that were folded while the sample was taken.

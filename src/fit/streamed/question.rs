@@ -2,16 +2,14 @@
 
 use super::octaves::Noise;
 use super::{Block, Observed, Rows};
-use crate::algebra::Scratch;
 use crate::campaign::{Campaign, Deviating, Per, Reading, Scatter, Size};
-use crate::design::{self, ColumnLine, DesignMatrix, Model, Read};
+use crate::design::{self, DesignMatrix, Model, Together, Workspace};
 use crate::elements::{Elements, OrNan, Parts};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Fold, Sequential, TimeNoise, backwards};
 use crate::fit::system::{independent, stated_here_and_there};
 use crate::fit::{Remount, Settings, Weighting};
 use faer::Mat;
-use pulp::Arch;
 use std::borrow::Cow;
 
 /// Rows whose design is made and folded at a time: what is worked on stays in a cache.
@@ -26,10 +24,9 @@ pub(super) struct Question {
     /// The campaign, without readings but while lines follow a bench.
     campaign: Campaign,
     model: Model,
-    /// The sensors' lines, where all of them follow columns alone; a bench is followed reading by reading.
-    lines: Option<Vec<ColumnLine>>,
-    room: Scratch,
-    evaluated: Evaluated,
+    /// The columns that the sensors' lines follow, where they follow columns alone; a bench is followed reading by reading.
+    followed: Option<Vec<Vec<usize>>>,
+    work: (Workspace, Together),
     /// Is every model line linear in the unknowns?
     pub is_linear: bool,
     pub settings: Settings,
@@ -46,13 +43,6 @@ pub(super) struct Question {
     pub floor: Vec<f64>,
     /// Passes so far.
     pub passes: usize,
-}
-
-/// What a line over columns reads and gives for a part of a block.
-#[derive(Debug, Default)]
-struct Evaluated {
-    inputs: Vec<f64>,
-    gradient: Vec<f64>,
 }
 
 /// A sensor of the record.
@@ -186,9 +176,8 @@ impl Question {
         let (carried, u): (Vec<usize>, Vec<f64>) = campaign.uncertain().map(|(k, known)| (k, known.u)).unzip();
         Ok(Question {
             inputs: (u, campaign.correlation_root(&carried)),
-            lines: (0..campaign.bench.sensors.len()).map(|s| model.column_line(s)).collect(),
-            room: Scratch::default(),
-            evaluated: Evaluated::default(),
+            followed: (0..campaign.bench.sensors.len()).map(|s| model.columns_alone(s)).collect(),
+            work: (model.workspace(), Together::default()),
             is_linear: campaign.is_linear(),
             model,
             campaign: campaign.without_readings(columns),
@@ -253,7 +242,7 @@ impl Question {
         before: u64,
         each: &mut dyn FnMut(usize, &Chunk<'_>) -> Result<()>,
     ) -> Result<()> {
-        let assembled = if self.lines.is_none() { Some(self.assembled(rows, block, point)?) } else { None };
+        let assembled = if self.followed.is_none() { Some(self.assembled(rows, block, point)?) } else { None };
         for s in 0..self.sensors.len() {
             let Some(observed) = block.sensors.get(s) else { continue };
             let read = observed.values.iter().enumerate().filter(|(_, value)| !value.is_nan());
@@ -292,7 +281,7 @@ impl Question {
                 let mut design = Mat::zeros(part.len(), self.unknowns + self.carried.len() + 1);
                 match &assembled {
                     Some(all) => self.copied(all, places.part(start..start + part.len()), &mut design),
-                    None => self.evaluated(s, point, part.len(), &of_column, &mut design),
+                    None => self.evaluated(s, point, &of_column, &mut design),
                 }
                 let last = design.ncols() - 1;
                 design.col_as_slice_mut(last).iter_mut().zip(values.iter()).for_each(|(to, value)| *to = value - *to);
@@ -348,9 +337,7 @@ impl Question {
                 return Err(backwards(time(*k), time(*before)).at_path(rows.place(*k)));
             }
         }
-        let reads = self.lines.as_ref().and_then(|lines| lines.get(s)).map_or(&[][..], ColumnLine::reads);
-        for own in reads {
-            let Read::Column(column) = own else { continue };
+        for column in self.followed.as_ref().and_then(|followed| followed.get(s)).into_iter().flatten() {
             if let Some(k) = missing(*column) {
                 return Err(design::missing_column(name(*column)).at_path(rows.place(k)));
             }
@@ -384,38 +371,36 @@ impl Question {
         to.col_as_slice_mut(last).iter_mut().zip(places).for_each(|(to, i)| *to = from.predicted.at(*i));
     }
 
-    /// The same of a line that follows columns, for all rows at once.
+    /// The same of a line that follows columns.
     fn evaluated<'b>(
         &mut self,
         s: usize,
         point: &[f64],
-        rows: usize,
         of_column: &dyn Fn(usize) -> Cow<'b, [f64]>,
         to: &mut Mat<f64>,
     ) {
-        let Some(line) = self.lines.as_ref().and_then(|lines| lines.get(s)) else { return };
-        let Evaluated { inputs, gradient } = &mut self.evaluated;
-        inputs.clear();
-        for own in line.reads() {
-            match own {
-                Read::Column(column) => inputs.extend_from_slice(&of_column(*column)),
-                Read::Parameter(k) => inputs.resize(inputs.len() + rows, point.at(*k)),
-            }
-        }
-        gradient.resize(inputs.len(), 0.0);
-        let last = to.ncols() - 1;
-        let values = to.col_as_slice_mut(last);
-        line.gradient(Arch::new(), rows, inputs, &mut self.room, (values, gradient));
-        for (own, slope) in line.reads().iter().zip(gradient.chunks_exact(rows.max(1))) {
-            let Read::Parameter(k) = own else { continue };
-            let column = match *k < self.unknowns {
-                true => Some(*k),
-                false => self.carried.iter().position(|own| own == k).map(|place| self.unknowns + place),
-            };
-            if let Some(column) = column {
-                to.col_as_slice_mut(column).copy_from_slice(slope);
-            }
-        }
+        let Some(followed) = self.followed.as_ref().and_then(|followed| followed.get(s)) else { return };
+        let lists: Vec<(usize, Cow<'_, [f64]>)> = followed.iter().map(|column| (*column, of_column(*column))).collect();
+        let lists: Vec<(usize, &[f64])> = lists.iter().map(|(column, list)| (*column, &**list)).collect();
+        let parameters: Vec<usize> = (0..self.unknowns).chain(self.carried.iter().copied()).collect();
+        let ((work, room), places, last) = (&mut self.work, to.nrows(), to.ncols() - 1);
+        self.model.predict_lists(
+            &self.campaign.bench,
+            s,
+            (&lists, places),
+            point,
+            (work, room),
+            |start, values, slopes| {
+                let mut set = |j: usize, list: &[f64]| {
+                    to.col_as_slice_mut(j).iter_mut().skip(start).zip(list).for_each(|(to, value)| *to = *value);
+                };
+                parameters
+                    .iter()
+                    .enumerate()
+                    .for_each(|(j, k)| slopes.get(*k).into_iter().for_each(|list| set(j, list)));
+                set(last, values);
+            },
+        );
     }
 
     /// One pass: every sensor's rows folded with its noise; nothing of a sensor that is not read.
