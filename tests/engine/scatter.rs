@@ -4,7 +4,7 @@ use crate::support::{json, number, numbers};
 use faer::Mat;
 use serde_json::Value;
 use tumble::estimate::{
-    Felt, Group, LineState, Memory, Pattern, ScatterLine, Settings, System, Whitening, adjust_scattered,
+    Felt, Group, LineState, Memory, Pattern, ScatterLine, Settings, System, Whitening, adjust, adjust_scattered,
 };
 
 #[track_caller]
