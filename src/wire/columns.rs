@@ -5,7 +5,6 @@
 //! may stand without brackets (`U_mV`, `Rate rpm`).
 
 use super::Named;
-use super::readings_file::{Meaning, meaning};
 use crate::bench::Bench;
 use crate::error::{Fault, Malformed, Result};
 use crate::record;
@@ -122,6 +121,51 @@ pub(super) fn from_title(what: &str, from: &str, to: &str) -> Result<Option<Conv
     let unit = Unit::parse(from).map_err(|_| unknown(from))?;
     let wanted = Unit::parse(to).map_err(|_| unknown(to))?;
     Ok(Some(unit.conversion_for(&wanted, what)?).filter(|conversion| !conversion.is_none()))
+}
+
+/// What a key of a reading means on this bench.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Meaning {
+    Position,
+    Samples,
+    Sensor(usize),
+    SensorU(usize),
+    Angle(usize),
+    Rate(usize),
+    Turns(usize),
+    Column,
+}
+
+impl Meaning {
+    /// Is a number under it an input of that name?
+    pub fn is_input(self) -> bool {
+        matches!(self, Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_))
+    }
+}
+
+/// The meaning of a key of a reading.
+pub(super) fn meaning(bench: &Bench, key: &str) -> Meaning {
+    match key {
+        "position" => return Meaning::Position,
+        "n" => return Meaning::Samples,
+        _ => {}
+    }
+    for (k, sensor) in bench.sensors.iter().enumerate() {
+        match key.strip_prefix(sensor.id.as_str()) {
+            Some("") => return Meaning::Sensor(k),
+            Some("_u") => return Meaning::SensorU(k),
+            _ => {}
+        }
+    }
+    for (k, joint) in bench.joints().enumerate() {
+        match key.strip_prefix(joint) {
+            Some("_deg") => return Meaning::Angle(k),
+            Some("_deg_s") => return Meaning::Rate(k),
+            Some("_turns") => return Meaning::Turns(k),
+            _ => {}
+        }
+    }
+    Meaning::Column
 }
 
 /// The unit that a key of a reading has; `None` where it says nothing of one.

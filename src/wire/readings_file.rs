@@ -1,7 +1,7 @@
 //! Readings as JSON objects: joint keys, sensor keys, a position, and any further numeric column.
 
 use super::Named;
-use super::columns::{from_title, key_unit};
+use super::columns::{Meaning, from_title, key_unit, meaning};
 use crate::bench::Bench;
 use crate::campaign::is_axis_input;
 use crate::campaign::{JointState, Label, Observation, Place, Pool, Reading, Readings, Shared};
@@ -118,51 +118,6 @@ pub(super) fn expand(
         expand(bench, single, place, out)?;
     }
     Ok(())
-}
-
-/// What a key of a reading means on this bench.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Meaning {
-    Position,
-    Samples,
-    Sensor(usize),
-    SensorU(usize),
-    Angle(usize),
-    Rate(usize),
-    Turns(usize),
-    Column,
-}
-
-impl Meaning {
-    /// Is a number under it an input of that name?
-    pub fn is_input(self) -> bool {
-        matches!(self, Meaning::Column | Meaning::Angle(_) | Meaning::Rate(_) | Meaning::Turns(_))
-    }
-}
-
-/// The meaning of a key of a reading.
-pub(super) fn meaning(bench: &Bench, key: &str) -> Meaning {
-    match key {
-        "position" => return Meaning::Position,
-        "n" => return Meaning::Samples,
-        _ => {}
-    }
-    for (k, sensor) in bench.sensors.iter().enumerate() {
-        match key.strip_prefix(sensor.id.as_str()) {
-            Some("") => return Meaning::Sensor(k),
-            Some("_u") => return Meaning::SensorU(k),
-            _ => {}
-        }
-    }
-    for (k, joint) in bench.joints().enumerate() {
-        match key.strip_prefix(joint) {
-            Some("_deg") => return Meaning::Angle(k),
-            Some("_deg_s") => return Meaning::Rate(k),
-            Some("_turns") => return Meaning::Turns(k),
-            _ => {}
-        }
-    }
-    Meaning::Column
 }
 
 /// What a cell of a row says.

@@ -1,8 +1,8 @@
 //! `"readings": { "samples": "log.csv", "as": "rows", ... }`: every row of a record is a reading, and none of them is held.
 
 use super::campaign_file::CampaignFile;
-use super::columns::columns;
-use super::readings_file::{Cell, Meaning, ReadingFile, meaning};
+use super::columns::{Meaning, columns, meaning};
+use super::readings_file::{Cell, ReadingFile};
 use super::reduced::{Runs, assigned};
 use super::samples_file::{SamplesFile, SegmentsBy};
 use super::{Folder, Named, Source, locate};

@@ -18,7 +18,7 @@
 
 use super::condense::Condensed;
 use super::problem::{Point, Problem};
-use super::time;
+use super::{remember, time};
 use crate::error::{Fault, Malformed, Result};
 use crate::linear::form;
 use faer::linalg::solvers::Solve;
@@ -299,7 +299,7 @@ impl Problem<'_> {
                         theta[*component] = at.exp() - below;
                         weight += at - theta[*component].abs().ln();
                     }
-                    Axis::Time { line, .. } => time::set(lines.to_mut(), *line, at.exp()),
+                    Axis::Time { line, .. } => remember(lines.to_mut(), *line, at.exp()),
                 }
             }
             let point = self.at(&lines, &theta)?.filter(|point| point.basis == top.basis);
@@ -341,7 +341,7 @@ impl Problem<'_> {
             Axis::Component { component: *c, below, range: ((REACH.0 * low).ln(), (REACH.1 * high).ln()) }
         };
         let times =
-            timed.found.iter().map(|(line, ..)| Axis::Time { line: *line, range: time::range(&self.lines[*line]) });
+            timed.found.iter().map(|(line, ..)| Axis::Time { line: *line, range: self.lines[*line].tau_range() });
         components.iter().map(component).chain(times).collect()
     }
 

@@ -49,7 +49,7 @@ pub(crate) use floor::{Floor, Variances};
 pub(crate) use mixture::{Mixture, Node};
 pub use pattern::Pattern;
 pub(crate) use restricted::{Likelihood, NEWTON_STEPS, NoiseModel, PartNoise, Slot};
-pub(crate) use time::{deviation_range, time_range, white_range};
+pub(crate) use time::{deviation_range, white_range};
 
 use crate::elements::Elements;
 use crate::estimate::Estimate;
@@ -103,6 +103,16 @@ impl ScatterLine {
         felt
     }
 
+    /// Logarithms of the shortest and longest correlation time that its times could show.
+    fn tau_range(&self) -> (f64, f64) {
+        let mut times = self.memory.as_ref().map_or(Vec::new(), |memory| memory.time.clone());
+        times.sort_by(f64::total_cmp);
+        let whole = times.last().zip(times.first()).map_or(1.0, |(b, a)| b - a);
+        let mut gaps: Vec<f64> = times.windows(2).map(|p| p.at(1) - p.at(0)).filter(|g| *g > 0.0).collect();
+        // all at one time: any correlation time will do
+        time_range(crate::number::median(&mut gaps).unwrap_or(1.0), whole)
+    }
+
     /// What deviations of unit variance, correlated over `tau` where they are in time, make of `along . y`: `sum f_a f_b exp(-|t_a - t_b|/tau)`.
     pub(crate) fn variance_of(&self, along: &[f64], tau: Option<f64>) -> f64 {
         let felt = self.gathered(along);
@@ -110,6 +120,18 @@ impl ScatterLine {
         let Some((memory, tau)) = self.memory.as_ref().zip(tau) else { return own };
         let before = memory.carried(&felt, tau, memory.order(felt.len()).iter());
         own + 2.0 * before.iter().zip(&felt).map(|((sum, _), own)| sum * own).sum::<f64>()
+    }
+}
+
+/// Logarithms of the shortest and longest correlation time that shows, from the middling step between times and their whole length.
+pub(crate) fn time_range(step: f64, whole: f64) -> (f64, f64) {
+    ((step / 5.0).ln(), (whole.max(step) * 2.0).ln())
+}
+
+/// A line has this correlation time.
+fn remember(lines: &mut [ScatterLine], line: usize, tau: f64) {
+    if let Some(memory) = lines.get_mut(line).and_then(|line| line.memory.as_mut()) {
+        memory.tau = Some(tau);
     }
 }
 

@@ -7,7 +7,7 @@
 use super::elimination::Whitening;
 use super::inference::{self, Carried, LeftOut, Membership};
 use super::restricted::{AT_END, Climbed, Hill, Likelihood, Limits, no_covariance};
-use super::{LineState, Pattern, ScatterLine, time};
+use super::{LineState, Pattern, ScatterLine, remember};
 use crate::error::{Fault, Malformed, Result};
 use crate::estimate::{Elimination, Estimate, ScaleHints, Settings, System, adjust_on, groups};
 use std::borrow::Cow;
@@ -353,7 +353,7 @@ impl Problem<'_> {
         let count = self.members.count;
         let sign: Vec<f64> = ended.theta.iter().map(|theta| theta.signum()).collect();
         let theta = |at: &[f64]| -> Vec<f64> { at.iter().zip(&sign).map(|(x, sign)| sign * x.exp()).collect() };
-        let times: Vec<(f64, f64)> = self.times.iter().map(|line| time::range(&self.lines[*line])).collect();
+        let times: Vec<(f64, f64)> = self.times.iter().map(|line| self.lines[*line].tau_range()).collect();
         let range = |at: &[f64]| -> Vec<(f64, f64)> {
             let floors =
                 self.floors(&theta(at)).into_iter().map(|floor| (floor.max(f64::MIN_POSITIVE).ln(), f64::INFINITY));
@@ -361,7 +361,7 @@ impl Problem<'_> {
         };
         let mut look = |at: &[f64]| -> Result<Option<(Likelihood, Point)>> {
             let (theta, mut lines) = (theta(at), Cow::Borrowed(self.lines));
-            self.times.iter().zip(&at[count..]).for_each(|(line, x)| time::set(lines.to_mut(), *line, x.exp()));
+            self.times.iter().zip(&at[count..]).for_each(|(line, x)| remember(lines.to_mut(), *line, x.exp()));
             let Some(point) = self.at(&lines, &theta)? else { return Ok(None) };
             Ok(Some((self.likelihood(&lines, &point, &theta)?, point)))
         };

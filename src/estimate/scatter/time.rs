@@ -12,7 +12,7 @@ use super::chain::{Chain, Part, TimeNoise};
 use super::inference;
 use super::problem::{Ended, FULL, Point, Problem, UNSEEN};
 use super::restricted::{Limits, NEWTON_STEPS, NoiseModel, PartNoise, Slot, Sums, Top};
-use super::{LineState, ScatterLine, Whitening};
+use super::{LineState, ScatterLine, Whitening, remember};
 use crate::elements::Elements;
 use crate::error::Result;
 use faer::Mat;
@@ -68,7 +68,7 @@ pub(super) fn with_times(problem: &Problem<'_>, start: &[f64], known: &[f64]) ->
         for k in &open {
             let Some(at) = along.times.iter().position(|own| own == k).map(|place| count + place) else { continue };
             let tau = along.top.at[at].exp();
-            set(&mut own, *k, tau);
+            remember(&mut own, *k, tau);
             let u = Some(tau * spread[(at, at)].sqrt()).filter(|u| *u > 0.0 && u.is_finite());
             found.push((*k, tau, u));
         }
@@ -78,30 +78,9 @@ pub(super) fn with_times(problem: &Problem<'_>, start: &[f64], known: &[f64]) ->
     if known.len() != open.len() {
         return problem.times_beside(&open, own);
     }
-    open.iter().zip(known).for_each(|(k, tau)| set(&mut own, *k, *tau));
+    open.iter().zip(known).for_each(|(k, tau)| remember(&mut own, *k, *tau));
     let found = open.iter().zip(known).map(|(k, tau)| (*k, *tau, None)).collect();
     Ok(Timed { lines: Some(own), found, start: start.to_vec(), along: None })
-}
-
-pub(super) fn set(lines: &mut [ScatterLine], line: usize, tau: f64) {
-    if let Some(memory) = lines.get_mut(line).and_then(|line| line.memory.as_mut()) {
-        memory.tau = Some(tau);
-    }
-}
-
-/// Logarithms of the shortest and longest correlation time that a line's times could show.
-pub(super) fn range(line: &ScatterLine) -> (f64, f64) {
-    let mut times = line.memory.as_ref().map_or(Vec::new(), |memory| memory.time.clone());
-    times.sort_by(f64::total_cmp);
-    let whole = times.last().zip(times.first()).map_or(1.0, |(b, a)| b - a);
-    let mut gaps: Vec<f64> = times.windows(2).map(|p| p[1] - p[0]).filter(|g| *g > 0.0).collect();
-    // all at one time: any correlation time will do
-    time_range(crate::number::median(&mut gaps).unwrap_or(1.0), whole)
-}
-
-/// The same from the middling step between times and their whole length.
-pub(crate) fn time_range(step: f64, whole: f64) -> (f64, f64) {
-    ((step / 5.0).ln(), (whole.max(step) * 2.0).ln())
 }
 
 /// Logarithms of the least and largest variance factor of white noise, from what it is if nothing else scatters and from that of rounding.
@@ -239,7 +218,7 @@ impl Chains {
                     None => {
                         if chains.times.last() != Some(&k) {
                             // parts come line by line
-                            chains.model.range.push(range(&lines[k]));
+                            chains.model.range.push(lines[k].tau_range());
                             chains.times.push(k);
                         }
                         Slot::Free(count + chains.times.len() - 1)
@@ -416,13 +395,13 @@ impl Problem<'_> {
 impl Problem<'_> {
     /// The correlation times of the lines `open` beside other deviations: each from the best of a few, then together with the variances.
     fn times_beside(&self, open: &[usize], mut lines: Vec<ScatterLine>) -> Result<Timed> {
-        let ranges: Vec<(f64, f64)> = open.iter().map(|k| range(&lines[*k])).collect();
-        open.iter().zip(&ranges).for_each(|(k, (low, high))| set(&mut lines, *k, (0.5 * (low + high)).exp()));
+        let ranges: Vec<(f64, f64)> = open.iter().map(|k| lines[*k].tau_range()).collect();
+        open.iter().zip(&ranges).for_each(|(k, (low, high))| remember(&mut lines, *k, (0.5 * (low + high)).exp()));
         let mut start = Vec::new();
         for (k, range) in open.iter().zip(&ranges) {
             let mut best: Option<(f64, f64)> = None;
             for x in spaced(*range, LOOK) {
-                set(&mut lines, *k, x.exp());
+                remember(&mut lines, *k, x.exp());
                 let ended = self.again(self.system, &lines)?.solve_all(&start, SEARCH)?;
                 // a start at zero would stay there
                 let usable = ended.converged && !ended.at_floor.contains(&true) && ended.theta.iter().all(|t| *t > 0.0);
@@ -431,7 +410,7 @@ impl Problem<'_> {
                     start = if usable { ended.theta } else { Vec::new() };
                 }
             }
-            best.into_iter().for_each(|(_, x)| set(&mut lines, *k, x.exp()));
+            best.into_iter().for_each(|(_, x)| remember(&mut lines, *k, x.exp()));
         }
         let mut problem = self.again(self.system, &lines)?;
         problem.times = open.to_vec();
@@ -443,7 +422,7 @@ impl Problem<'_> {
         let spread = super::restricted::spread(&likelihood.expected, &among);
         let u = |j: usize| Some(times[j] * spread[(count + j, count + j)].sqrt()).filter(|u| *u > 0.0 && u.is_finite());
         let found = open.iter().enumerate().map(|(j, k)| (*k, times[j], u(j))).collect();
-        open.iter().zip(&times).for_each(|(k, tau)| set(&mut lines, *k, *tau));
+        open.iter().zip(&times).for_each(|(k, tau)| remember(&mut lines, *k, *tau));
         let settled = theta.iter().all(|t| *t > 0.0) && !at_floor.contains(&true);
         Ok(Timed { lines: Some(lines), found, start: if settled { theta } else { Vec::new() }, along: None })
     }
@@ -481,7 +460,7 @@ impl Problem<'_> {
         // the line has a correlation time: it is one of those that were set
         let tau = lines[line].memory.as_ref().and_then(|memory| memory.tau).unwrap_or(1.0);
         let mut at = |x: f64| {
-            set(&mut lines, line, tau * (x * STEP).exp());
+            remember(&mut lines, line, tau * (x * STEP).exp());
             Whitening::new(&self.pattern, sd, &lines, &variances).log_determinant()
         };
         (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * STEP)
