@@ -44,7 +44,7 @@ fn a_backtick_in_a_name_is_a_letter_of_it() {
 /// Beyond the colours of the palette each source of a budget still has one of its own.
 #[test]
 fn every_source_of_a_budget_has_its_colour() {
-    let part = |k: usize| Part { source: format!("s{k}"), type_b: k % 2 == 0, size: 1.0 };
+    let part = |k: usize| Part { source: format!("s{k}"), type_b: k.is_multiple_of(2), size: 1.0 };
     let bar = Bar { label: "x".into(), parts: (0..16).map(part).collect() };
     let svg = plot::draw(&Chart::Bars(vec![bar], "u".into(), String::new(), true), Language::English).unwrap();
     let entries = svg.split("<rect").filter(|rect| rect.contains("width=\"22\" height=\"20\""));
