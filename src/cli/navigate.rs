@@ -170,7 +170,7 @@ fn show(bar: &ProgressBar, progress: Progress) {
 /// The columns of a time series.
 fn titles() -> Titles {
     let names = ["motion", "scenario"].map(|name| (name.to_string(), Kind::Text));
-    let numbers = ["time_s"].into_iter().chain(CHANNEL_NAMES).map(|name| (name.to_string(), Kind::Number));
+    let numbers = ["time_s"].into_iter().chain(CHANNEL_NAMES).map(|name| (name.to_string(), Kind::Exponent));
     names.into_iter().chain(numbers).collect()
 }
 

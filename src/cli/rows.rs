@@ -47,6 +47,8 @@ impl Format {
 pub(super) enum Kind {
     Text,
     Number,
+    /// A number that text has with its exponent, by which the program knows a table of its own (`written.rs`).
+    Exponent,
     Count,
 }
 
@@ -133,12 +135,15 @@ fn quoted(text: &str, to: &mut Vec<u8>) {
 }
 
 // writing to memory does not fail
-fn csv_line(_: &Titles, cells: &[Cell<'_>], to: &mut Vec<u8>) {
+fn csv_line(titles: &Titles, cells: &[Cell<'_>], to: &mut Vec<u8>) {
     for (k, cell) in cells.iter().enumerate() {
         to.extend((k > 0).then_some(b','));
         match cell {
             Cell::Text(text) => quoted(text, to),
             Cell::Number(x) if x.is_nan() => {}
+            Cell::Number(x) if titles.get(k).is_some_and(|(_, kind)| *kind == Kind::Exponent) => {
+                drop(write!(to, "{x:e}"));
+            }
             Cell::Number(x) => drop(write!(to, "{}", Shortest(*x))),
             Cell::Count(n) => drop(write!(to, "{n}")),
         }
@@ -196,7 +201,7 @@ impl<W: Write + Send> Columnar<W> {
         let field = |(title, kind, repetition, logical): Field| {
             let (physical, logical) = match kind {
                 Kind::Text => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
-                Kind::Number => (Physical::DOUBLE, None),
+                Kind::Number | Kind::Exponent => (Physical::DOUBLE, None),
                 Kind::Count => (Physical::INT64, logical),
             };
             let builder = Type::primitive_type_builder(&title, physical).with_logical_type(logical);
@@ -244,7 +249,9 @@ pub(super) fn numbers(all: impl Iterator<Item = f64>) -> Levelled {
 fn column(kind: Kind, rows: &[Vec<Cell<'_>>], k: usize) -> Levelled {
     let cells = rows.iter().filter_map(|row| row.get(k));
     match kind {
-        Kind::Number => numbers(cells.map(|cell| if let Cell::Number(x) = cell { *x } else { f64::NAN })),
+        Kind::Number | Kind::Exponent => {
+            numbers(cells.map(|cell| if let Cell::Number(x) = cell { *x } else { f64::NAN }))
+        }
         Kind::Count => {
             let counts = cells.map(|cell| if let Cell::Count(n) = cell { *n as i64 } else { 0 });
             (Column::Counts(counts.collect()), None)
@@ -304,12 +311,13 @@ fn columnar(
         let path = ColumnPath::new(vec![title.clone()]);
         properties = match kind {
             Kind::Text if k > 0 => properties.set_column_statistics_enabled(path, EnabledStatistics::None),
-            Kind::Text | Kind::Number => properties.set_column_dictionary_enabled(path, false),
+            Kind::Text | Kind::Number | Kind::Exponent => properties.set_column_dictionary_enabled(path, false),
             Kind::Count => properties,
         };
     }
     let field = |(title, kind): &(String, Kind)| {
-        let repetition = if *kind == Kind::Number { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+        let may_miss = matches!(kind, Kind::Number | Kind::Exponent);
+        let repetition = if may_miss { Repetition::OPTIONAL } else { Repetition::REQUIRED };
         (title.clone(), *kind, repetition, None)
     };
     Columnar::begin(stream, "rows", titles.iter().map(field), properties)
