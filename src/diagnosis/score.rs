@@ -770,6 +770,7 @@ impl Score {
                 let h = along[place] - left_out.map_or(0.0, gone);
                 let bi = state.beta[l] - h * bj;
                 let u = state.inverse[l * k + l] + h * h / d;
+                // before the product leaves the range of numbers
                 if !(product > 1e-100 && product < 1e100) {
                     ln += product.ln();
                     product = 1.0;

@@ -23,7 +23,7 @@ const TIMES: [&str; 13] = [
     "时间",
 ];
 
-/// So many of the first values are looked at.
+/// So many of the first values are looked at. A choice: several times the steps that show a clock, and few to read.
 pub(crate) const FIRST: usize = 64;
 /// Steps that show that values rise evenly: of values in any order as many rise with a probability of 1/11! = 3e-8.
 const ENOUGH: usize = 10;
@@ -63,7 +63,7 @@ fn rises(values: &[f64]) -> bool {
 pub(crate) fn even(values: &[f64]) -> Option<f64> {
     let (forward, equal, back) = steps(values)?;
     let step = number::median(&mut forward.clone()).filter(|_| equal + back == 0 && forward.len() >= ENOUGH)?;
-    // a quarter either way, as of times that are rounded or late
+    // a quarter either way, as of times that are rounded or late, and of ten steps nine: choices that let a gap now and again be
     let alike = forward.iter().filter(|own| (**own - step).abs() <= 0.25 * step).count();
     (10 * alike >= 9 * forward.len()).then_some(step)
 }

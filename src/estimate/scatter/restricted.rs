@@ -154,7 +154,7 @@ const FLAT: f64 = 1e-9;
 const ZERO: f64 = 1e-6;
 /// Steps that are longer than this are Fisher's, where only variances are free: Newton's leaves a third-order rest of about its square, a tenth here.
 const NEAR: f64 = 0.3;
-/// Largest factor of one of Fisher's steps.
+/// Largest factor of one of Fisher's steps. A choice: any variance is reached within the steps that there are.
 const LEAP: f64 = 30.0;
 /// A step that does no good however short it is: the rounding of the deviance, whose square root is this at most.
 const SHORTEST: f64 = 1e-6;
@@ -340,6 +340,7 @@ impl<T> Hill<'_, T> {
                         converged = there.is_some();
                         break 'steps;
                     }
+                    // a choice: the best share of a parabola that turned is seldom less
                     _ => share *= 0.3,
                 }
             }
