@@ -17,7 +17,7 @@ fn candidates() -> Campaign {
              "estimate": {{ {} }}, "readings": [ {{ "a": {a:?}, "b": {b:?} }} ] }}"#,
         estimate.join(", ")
     );
-    wire::read_campaign(&Source { name: "plain".into(), text: text.into() }, &mut |_| unreachable!()).unwrap()
+    wire::read_campaign(&Source { name: "plain".into(), text }, &mut |_| unreachable!()).unwrap()
 }
 
 fn plan(criterion: &mut Criterion) {
