@@ -485,7 +485,10 @@ before = before
 after = after
 difference = difference
 per-day = per day
-f-test = F = { $f } with { $between_dof } and { $pure_error_dof } degrees of freedom
+f-test = { $is_of ->
+    [yes] { $sensor }: F
+   *[no] F
+} = { $f } with { $between_dof } and { $pure_error_dof } degrees of freedom
 chi-square-with-degrees-of-freedom = chi-square { $statistic } with { $dof } degrees of freedom
 all-parameters-together-p = { $changed ->
     [yes] All parameters together: { $test }, p = { $p }: the unit has changed.
@@ -597,6 +600,10 @@ effect-or-others = { $n ->
 }
 readings-were-averaged = ; { $from } readings were averaged to { $groups }, each of one setting over one interval of time
 candidates-tried = { $candidates } candidates tried, { $distinct } of them distinct in these data; every p is corrected for their number; significance { $significance }{ $averaged }
+columns-not-tried = { $n ->
+    [one] the column { $columns } was not tried, since its title is no name of the model line's algebra
+   *[other] the columns { $columns } were not tried, since their titles are no names of the model line's algebra
+}; `columns` of the campaign can give a title a name
 one-further-reading-would-help = one further reading makes a diagnosis possible; best positions: { $positions }
 diagnosis-of = { $title }: diagnosis
 explains-beyond-the-others = explains: share of the residual sum of squares, in addition to the other effects.

@@ -465,7 +465,10 @@ difference = 差值
 per-day = 每日变化
 reports-are-of-two-units = 两份报告属于两个被测件（{ $first } 与 { $second }）：其差异并非同一被测件的变化
 first-report-is-the-later-one = 第一份报告的日期较晚（{ $first }，第二份为 { $second }）：前次与后次可能颠倒
-f-test = F = { $f }，自由度 { $between_dof } 和 { $pure_error_dof }
+f-test = { $is_of ->
+    [yes] { $sensor }：F
+   *[no] F
+} = { $f }，自由度 { $between_dof } 和 { $pure_error_dof }
 chi-square-with-degrees-of-freedom = χ² = { $statistic }，自由度 { $dof }
 all-parameters-together-p = { $changed ->
     [yes] 全部参数一并检验：{ $test }，p = { $p }：被测件已发生变化。
@@ -571,6 +574,7 @@ effect-or-others = { $n ->
 }
 readings-were-averaged = ；{ $from } 个读数已按同一状态、同一时段平均为 { $groups } 个
 candidates-tried = 试用候选项 { $candidates } 个，其中 { $distinct } 个在这些数据中互不相同，各 p 值均已计入这一点；显著性水平 { $significance }{ $averaged }
+columns-not-tried = 列 { $columns } 未作为候选项试用，因为其标题不能作为模型算式中的名称；可在测量文件的 `columns` 中为标题指定名称
 one-further-reading-would-help = 再增加一个读数即可诊断；最佳位置：{ $positions }
 diagnosis-of = { $title }：诊断
 explains-beyond-the-others = 解释程度：在其他各项之外，所占残差平方和的份额。

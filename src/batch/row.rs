@@ -180,7 +180,7 @@ impl Row {
         if fit.is_rejected() && remarks.0.is_empty() {
             remarks.say(Reason::Constraints, "constraints against the readings".to_string());
         }
-        let test = fit.checks.lack_of_fit.or(fit.checks.between_positions);
+        let test = fit.checks.lack_of_fit.as_ref().or(fit.checks.between_positions.as_ref());
         let lack_of_fit_p = test.map_or(f64::NAN, |test| test.p);
         let misfit = remarks.lack_of_fit(lack_of_fit_p, fit.settings.level);
         remarks.of_device(device, &suspects);

@@ -155,7 +155,7 @@ impl Effect {
         let turned = campaign.bench.joints().next().is_some();
         let columns = campaign.readings.columns.iter().filter(|column| turned && used.contains(&column.as_str()));
         each("{column}", columns.cloned().collect());
-        each("{covariate}", covariates(campaign));
+        each("{covariate}", covariates(campaign).0);
         each("{tilt}", parameters(campaign, |role, kind| *role == Role::AssumedZero && kind == Kind::Tilt));
         each("{known}", parameters(campaign, |role, kind| matches!(role, Role::Known(_)) && kind != Kind::Input));
         each("{tau}", time_constants(campaign));
@@ -232,8 +232,8 @@ pub(super) fn without_order(repaired: Campaign, given: &Campaign) -> Campaign {
     repaired.with_readings(readings)
 }
 
-/// Columns that no model line uses and whose values differ.
-fn covariates(campaign: &Campaign) -> Vec<String> {
+/// Columns that no model line uses and whose values differ: those that a line can name, and those whose titles are no names, which are not tried.
+pub(crate) fn covariates(campaign: &Campaign) -> (Vec<String>, Vec<String>) {
     let bench = &campaign.bench;
     let is_used = |column: &str| bench.sensors.iter().any(|sensor| sensor.model.names().contains(&column));
     let columns = campaign.readings.columns.iter().filter(|c| !is_used(c) && !bench.is_of_joint(c));
@@ -241,7 +241,7 @@ fn covariates(campaign: &Campaign) -> Vec<String> {
         let values = column_values(campaign, column);
         values.iter().any(|value| Some(value) != values.first())
     };
-    columns.filter(differ).cloned().collect()
+    columns.filter(differ).cloned().partition(|column| crate::bench::identifier(column).is_ok())
 }
 
 /// A text with its placeholders filled.

@@ -56,7 +56,7 @@ pub(crate) use augmented::State;
 pub use augmented::candidates;
 pub use candidates::Candidate;
 pub use catalogue::Effect;
-pub(crate) use catalogue::{Applies, BUILT_IN};
+pub(crate) use catalogue::{Applies, BUILT_IN, covariates};
 #[cfg(feature = "navigate")]
 pub(crate) use common::{DIFFERENT, LENGTHS, share_of_wave};
 pub use common::{Gap, Settings, Verdict};

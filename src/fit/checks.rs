@@ -85,9 +85,14 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     checks.significance = (1.0 - level) / tests as f64;
     let each = 1.0 - checks.significance;
     checks.follows.retain(|found| found.test.is_rejected(each));
+    let parts = parts(campaign, design, step);
     if step.own.robust.is_none() && !silent && scattered.is_none() {
         let (cells, _) = cells(design, system.observed.len());
-        checks.lack_of_fit = quality::lack_of_fit(&estimate.residuals, &u, &cells, estimate.dof, each);
+        let tests = parts.iter().filter_map(|part| {
+            let [v, u] = [&estimate.residuals, &u].map(|of| part.of(of));
+            part.named(quality::lack_of_fit(&v, &u, &part.of(&cells), part.dof, each))
+        });
+        checks.lack_of_fit = LackOfFit::smallest(tests.collect(), each);
     }
     if step.own.robust.is_some() {
         // residuals are not those of least squares here
@@ -99,8 +104,12 @@ pub(super) fn checks(campaign: &Campaign, design: &DesignMatrix, step: &Step, le
     // what scatters between positions is no lack of fit
     if scattered.is_none() && !silent && checks.lack_of_fit.is_none() {
         let (factor, positions) = (&estimate.factor, positions(campaign, design, system.observed.len()));
-        checks.between_positions = quality::Offsets::new(factor.weight(), factor.thin_q(), &positions, estimate.dof)
-            .and_then(|offsets| offsets.test(&estimate.residuals, each));
+        let tests = parts.iter().filter_map(|part| {
+            let weight: Vec<f64> = part.masked(factor.weight(), 0.0);
+            let offsets = quality::Offsets::new(&weight, factor.thin_q(), &part.masked(&positions, None), part.dof)?;
+            part.named(offsets.test(&estimate.residuals, each))
+        });
+        checks.between_positions = LackOfFit::smallest(tests.collect(), each);
     }
     // one group alone: its scale comes after the adjustment, so the whitened rows do not have it
     let alone = system.is_of_one_scale() && scattered.is_none();
@@ -211,6 +220,53 @@ pub(crate) fn positions(campaign: &Campaign, design: &DesignMatrix, rows: usize)
     let mut positions: Vec<Option<usize>> = labels.map(number).collect();
     positions.resize(rows, None);
     positions
+}
+
+/// Rows that are tested for lack of fit by themselves.
+struct Part {
+    /// The sensor, where this is not all rows.
+    sensor: Option<String>,
+    rows: Vec<bool>,
+    /// Degrees of freedom of their residuals.
+    dof: usize,
+}
+
+impl Part {
+    fn of<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        values.iter().zip(&self.rows).filter(|(_, is_in)| **is_in).map(|(value, _)| *value).collect()
+    }
+
+    fn masked<T: Copy>(&self, values: &[T], without: T) -> Vec<T> {
+        values.iter().zip(&self.rows).map(|(value, is_in)| if *is_in { *value } else { without }).collect()
+    }
+
+    fn named(&self, test: Option<LackOfFit>) -> Option<LackOfFit> {
+        Some(LackOfFit { sensor: self.sensor.clone(), ..test? })
+    }
+}
+
+/// All rows; of several sensors whose scales are estimated those of each, since a scale that comes from residuals has the sensor's own lack of fit in it, and would hide
+/// it among the others.
+fn parts(campaign: &Campaign, design: &DesignMatrix, step: &Step) -> Vec<Part> {
+    let (system, estimate, _) = step.tested();
+    let count = design.rows.len();
+    let mut groups: Vec<(Group, usize)> = Vec::new();
+    for (origin, group) in design.rows.iter().zip(&system.group) {
+        if groups.iter().all(|(known, _)| known != group) {
+            groups.push((*group, origin.sensor));
+        }
+    }
+    if let [] | [_] = groups.as_slice() {
+        return vec![Part { sensor: None, rows: vec![true; system.observed.len()], dof: estimate.dof }];
+    }
+    let part = |(group, sensor): (Group, usize)| {
+        let rows: Vec<bool> = system.group.iter().enumerate().map(|(i, own)| i < count && *own == group).collect();
+        let redundancy = estimate.redundancy.iter().zip(&rows).filter(|(_, is_in)| **is_in).map(|(r, _)| r);
+        // a whole number but for unknowns that sensors share
+        let dof = redundancy.sum::<f64>().round().max(0.0) as usize;
+        Part { sensor: Some(campaign.sensor_id(sensor).to_string()), rows, dof }
+    };
+    groups.into_iter().map(part).collect()
 }
 
 /// The cell of each of so many rows (those of one cell predict the same), and how many cells there are; a prior is alone.

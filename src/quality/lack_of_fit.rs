@@ -13,9 +13,12 @@ use crate::uncertainty::quantiles;
 use faer::{Mat, MatRef, Side};
 
 /// The test for lack of fit.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
 #[schemars(rename = "LackOfFitReport")]
 pub struct LackOfFit {
+    /// The sensor whose readings are tested, where the scales of several are estimated: the one with the smallest p; absent where all are tested together.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sensor: Option<String>,
     /// F, a pure number: `(between / between_dof) / pure_error_sd^2`.
     pub f: Option<f64>,
     /// Degrees of freedom of what the model leaves between the means.
@@ -43,6 +46,7 @@ impl LackOfFit {
         let (f, p) = lack_of_fit_p(within, pure_error_dof, between, between_dof, total)?;
         let pure_error_sd = (within / pure_error_dof as f64).sqrt();
         Some(LackOfFit {
+            sensor: None,
             f: f.is_finite().then_some(f),
             between_dof,
             pure_error_dof,
@@ -50,6 +54,16 @@ impl LackOfFit {
             p,
             rejected: p < 1.0 - level,
         })
+    }
+
+    /// Of the tests of several parts of the readings the one with the smallest p, which then is that of the smallest of so many, `1 - (1 - p)^n`
+    /// (Z. Sidak, J. Amer. Statist. Assoc. 62, 1967).
+    pub(crate) fn smallest(tests: Vec<Self>, level: f64) -> Option<Self> {
+        let count = tests.len() as f64;
+        let mut worst = tests.into_iter().min_by(|a, b| a.p.total_cmp(&b.p))?;
+        worst.p = -(count * (-worst.p).ln_1p()).exp_m1();
+        worst.rejected = worst.p < 1.0 - level;
+        Some(worst)
     }
 
     /// Is the model wrong beyond doubt, at the significance at which a single bad reading is?

@@ -201,7 +201,7 @@ fn all_together(t: &Together, lang: Language) -> String {
     let test = match t.scatter_dof {
         Some(scatter) => {
             let f = significant(t.statistic / t.dof as f64, 3);
-            say!(lang, "f-test", f, between_dof = t.dof, pure_error_dof = dof(scatter))
+            say!(lang, "f-test", is_of = false, sensor = "", f, between_dof = t.dof, pure_error_dof = dof(scatter))
         }
         None => say!(lang, "chi-square-with-degrees-of-freedom", statistic = significant(t.statistic, 4), dof = t.dof),
     };

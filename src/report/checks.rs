@@ -187,6 +187,12 @@ fn in_unit(fit: &Fit, x: f64, sensor: &str) -> String {
 /// Suspicious readings in words; the list has them all.
 pub(super) const PRINTED: usize = 5;
 
+/// F, its degrees of freedom, and the sensor that it is of, where there are several.
+pub(super) fn f_test(test: &LackOfFit, f: String) -> Sentence {
+    let (sensor, is_of) = (test.sensor.clone().unwrap_or_default(), test.sensor.is_some());
+    sentence!("f-test", is_of, sensor, f, between_dof = test.between_dof, pure_error_dof = test.pure_error_dof)
+}
+
 pub(super) fn checks(fit: &Fit) -> ChecksReport {
     let checks = &fit.checks;
     let level = 1.0 - checks.significance;
@@ -199,7 +205,7 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
         // of what is too small the tail that tells; F has one, since its degrees of freedom are positive
         let lower = || quantiles::fisher_f_cdf(test.f?, test.between_dof as f64, test.pure_error_dof as f64);
         let p = short(if below { lower().unwrap_or(1.0 - test.p) } else { test.p });
-        let test = sentence!("f-test", f, between_dof = test.between_dof, pure_error_dof = test.pure_error_dof);
+        let test = f_test(test, f);
         verdict.push(match (by_position, below) {
             (_, true) => sentence!("less-than-the-scatter", by_position, test, p),
             (false, _) => sentence!("lack-of-fit-by-replicates", rejected, test, p),
@@ -287,8 +293,8 @@ pub(super) fn checks(fit: &Fit) -> ChecksReport {
     }
     verdict.extend(record_verdict(fit));
     ChecksReport {
-        lack_of_fit: checks.lack_of_fit,
-        lack_of_fit_by_position: checks.between_positions,
+        lack_of_fit: checks.lack_of_fit.clone(),
+        lack_of_fit_by_position: checks.between_positions.clone(),
         runs: checks
             .runs
             .iter()

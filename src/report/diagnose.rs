@@ -66,6 +66,9 @@ pub struct DiagnoseReport {
     pub candidates: usize,
     /// How many of them are distinct on this schedule: the number of tests that every p accounts for.
     pub distinct_candidates: usize,
+    /// Columns of the readings that were not tried, because their titles are no names of the algebra; `columns` can give them one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub untried_columns: Vec<String>,
     /// Each estimated parameter before and after, its uncertainty including possible aliases and unexplained residuals.
     pub parameters: Vec<ChangeReport>,
     /// Readings of a long record, which were averaged; null where each was compared by itself.
@@ -134,6 +137,7 @@ pub fn diagnose_report(campaign: &Campaign, diagnosis: &Diagnosis, settings: &di
         steps: diagnosis.steps.clone(),
         candidates: diagnosis.candidates.0,
         distinct_candidates: diagnosis.candidates.1,
+        untried_columns: diagnosis::covariates(campaign).1,
         parameters: diagnosis.changes.iter().map(change).collect(),
         averaged_from: diagnosis.averaged.map(|(from, _)| from),
         residuals: residuals(campaign, diagnosis),

@@ -130,6 +130,7 @@ fn shrinking(report: &DiagnoseReport, lang: Language) -> Section {
         .table(sensors(report, several, lang))
         .prose(lang.sentence(&say!(lang, "noise-floor", noise)))
         .prose(lang.sentence(&tried(report, lang)))
+        .prose(lang.sentence(&untried(report, lang)))
         .prose(lang.sentence(&holdout(report, lang)))
 }
 
@@ -508,6 +509,15 @@ fn tried(report: &DiagnoseReport, lang: Language) -> String {
         significance,
         averaged
     )
+}
+
+/// Columns without a name; empty where all have one.
+fn untried(report: &DiagnoseReport, lang: Language) -> String {
+    let titles: Vec<String> = report.untried_columns.iter().map(|title| format!("'{title}'")).collect();
+    match titles.is_empty() {
+        true => String::new(),
+        false => say!(lang, "columns-not-tried", n = titles.len(), columns = titles.join(lang.comma())),
+    }
 }
 
 /// What would help where nothing can be diagnosed; empty where nothing is known to.

@@ -1,6 +1,6 @@
 //! The document of a fit: the answer first, then where it comes from, then what it rests on.
 
-use super::checks::{ConstraintsStatus, MonteCarloReport, RecordReport};
+use super::checks::{ConstraintsStatus, MonteCarloReport, RecordReport, f_test};
 use super::correction::{correction_lines, given_sentence, validity_sentence};
 use super::fit::{Shown, interval_note};
 use super::fit_figures::{FAR, budget_figures, estimate_figures, residual_figures, spread_figures};
@@ -391,8 +391,7 @@ fn checks(report: &FitReport, lang: Language) -> Section {
     tests.extend(checks.misfit().map(|test| {
         let by_replicates = checks.lack_of_fit.is_some();
         let name = if by_replicates { say!(lang, "lack-of-fit") } else { say!(lang, "lack-of-fit-by-position") };
-        let (f, between_dof) = (Cell::digits(test.f, 4).text(), test.between_dof);
-        (name.into(), say!(lang, "f-test", f, between_dof, pure_error_dof = test.pure_error_dof), test.p)
+        (name.into(), f_test(test, Cell::digits(test.f, 4).text()).say(lang), test.p)
     }));
     tests.extend(checks.runs.iter().map(|(sensor, test)| {
         let said = say!(lang, "runs-expected", runs = test.runs, expected = significant(test.expected, 3));

@@ -1,6 +1,7 @@
 //! The worked examples of the GUM (JCGM 100:2008) H.1 to H.3 and straight lines of ISO/TS 28037, to the last printed digit.
 
 use crate::support::{campaign, fitted, json, parse};
+use serde_json::{Value, json};
 use tumble::uncertainty::{Contribution, Evaluation, combine, quantiles};
 
 fn at_print(value: f64, printed: &str) {
@@ -175,4 +176,38 @@ fn lack_of_fit_of_table_2() {
     assert_eq!((test.between_dof, test.pure_error_dof), (1, 8));
     assert!(test.rejected);
     assert!(fitted(&campaign("li2012/li2012-table1.campaign.json")).checks.lack_of_fit.is_none());
+}
+
+/// Of two sensors whose scales are estimated each is tested by itself: its F is that of a fit of this sensor alone, and p that of the smaller of two.
+#[test]
+fn lack_of_fit_of_one_sensor_of_two() {
+    // twice each of six settings; the second sensor bends, and its own scale is so large that all residuals together would agree with the replicates
+    let readings: Vec<Value> = (0..12_i32)
+        .map(|k| {
+            let x = f64::from(k / 2);
+            let noise = f64::from((7 * k * k + 3 * k) % 11 - 5) * 1e-3;
+            json!({ "x": x, "A": 1.0 + 2.0 * x + noise, "B": 3.0 - x + 0.02 * x * x - noise })
+        })
+        .collect();
+    let fitted_of = |ids: &[&str]| {
+        let line = |id: &str| (id.to_string(), json!({ "model": format!("b_{id} + k_{id}*x") }));
+        let sensors: serde_json::Map<String, Value> = ids.iter().map(|id| line(id)).collect();
+        let names = ids.iter().flat_map(|id| [format!("b_{id}"), format!("k_{id}")]);
+        let estimate: serde_json::Map<String, Value> = names.map(|name| (name, json!({}))).collect();
+        let mut readings = readings.clone();
+        for reading in &mut readings {
+            reading.as_object_mut().unwrap().retain(|key, _| key == "x" || ids.contains(&key.as_str()));
+        }
+        fitted(&parse(
+            &json!({ "bench": { "id": "lines", "sensors": sensors }, "estimate": estimate, "readings": readings })
+                .to_string(),
+        ))
+    };
+    let [a, b] = [["A"], ["B"]].map(|ids| fitted_of(&ids).checks.lack_of_fit.unwrap());
+    assert!(b.p < 1e-3 && a.p > 0.05 && a.sensor.is_none(), "{a:?} {b:?}");
+    let both = fitted_of(&["A", "B"]).checks.lack_of_fit.unwrap();
+    assert_eq!(both.sensor.as_deref(), Some("B"));
+    assert_eq!((both.between_dof, both.pure_error_dof, both.rejected), (4, 6, true));
+    assert!((both.f.unwrap() / b.f.unwrap() - 1.0).abs() < 1e-9, "{both:?} {b:?}");
+    assert!((both.p / (1.0 - (1.0 - b.p) * (1.0 - b.p)) - 1.0).abs() < 1e-6, "{both:?} {b:?}");
 }

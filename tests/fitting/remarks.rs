@@ -262,7 +262,7 @@ fn scatter_within_positions_that_cancels_in_their_means_is_no_agreement() {
             "estimate": { "a": {}, "b": {}, "c": {} }, "readings": (0..72).map(reading).collect::<Vec<_>>()
         });
         let fit = fitted(&parse(&campaign.to_string()));
-        let test = fit.checks.between_positions.expect("positions");
+        let test = fit.checks.between_positions.as_ref().expect("positions");
         (test.p, tumble::report::fit_report(&fit).checks.verdict[0].to_string())
     };
     let (p, text) = says(0.0);

@@ -349,3 +349,24 @@ fn a_title_says_its_unit_through_every_door() {
     assert_eq!(units(&[]), ["rad/s", "g", "mV", "unit"]);
     assert_eq!(units(&["--unit", "deg/s"]), ["rad/s", "deg/s", "deg/s", "deg/s"]);
 }
+
+/// A title that no model line can use is no candidate of a diagnosis, and is named as not tried; with a name for it in `columns` it is one.
+#[test]
+fn titles_that_are_no_names_are_not_tried() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut text = String::from("theta_deg;A;Run #\n");
+    for k in 0..12 {
+        let theta = 30.0 * f64::from(k);
+        text += &format!("{theta};{};{}\n", 0.002 - 1.3 * theta.to_radians().sin() + 1e-3 * f64::from(k % 5), k % 5);
+    }
+    for (columns, untried) in [("", vec!["Run #".to_string()]), (r#""run": "Run #""#, vec![])] {
+        let campaign = campaign(folder.path(), &text, columns).expect("a campaign");
+        let settings = tumble::diagnosis::Settings::default();
+        let effects = tumble::wire::built_in_effects().expect("the catalogue");
+        let diagnosis = tumble::diagnosis::diagnose(&campaign, &effects, &settings).expect("a diagnosis");
+        let report = tumble::report::diagnose_report(&campaign, &diagnosis, &settings);
+        assert_eq!(report.untried_columns, untried);
+        // what was put into the readings is found once it has a name
+        assert_eq!(report.effects.iter().any(|effect| effect.regressor == "run"), untried.is_empty());
+    }
+}

@@ -160,6 +160,13 @@ fn a_filled_run_sheet_is_a_table_of_readings() {
     let titles: Vec<&str> = lines.next().unwrap().split(',').collect();
     // with the noise for which the schedule was planned
     assert_eq!(titles, ["position", "gamma_deg_s", "beta_deg", "alpha_deg", "V", "V_u"]);
+    // also where readings are added to those of the schedule
+    let more = path("more.csv");
+    let (code, _, errors) =
+        tumble(&["plan", &path("schedule.campaign.json"), "--noise", "V=9e-4", "--add", "2", "--sheet", &more]);
+    assert_eq!(code, 0, "{errors}");
+    let added = fs::read_to_string(more).unwrap();
+    assert!(added.lines().count() == 33 && added.lines().skip(1).all(|line| line.ends_with(",,0.0009")), "{added}");
     let mut filled = vec![titles.join(",")];
     for line in lines {
         let own: Vec<&str> = line.split(',').collect();

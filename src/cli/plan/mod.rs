@@ -203,15 +203,20 @@ fn sheet(path: &Path, schedule: &Campaign, costs: &Costs, lang: Language) -> Res
 }
 
 /// What a written schedule has: the first `kept` rows as they were, values and all, the others without values. Beside values an uncertainty alone
-/// would be read as one without its value, so it is left out there. Noise that was given stands in a schedule, for what is promised holds where it is known.
+/// would be read as one without its value, so it is left out there. Noise that was given stands at every row of a schedule without values, for what is promised holds where
+/// it is known, and a sensor's readings all state their uncertainty or none does.
 fn to_write(asked: &Readings, run: Readings, kept: usize, in_order: bool, noise: &Noise) -> Readings {
     let measured = asked.rows.iter().any(|row| !row.observations.is_empty()) && kept > 0;
-    let row = |(k, row): (usize, &Reading)| match asked.rows.get(k).filter(|_| k < kept && in_order) {
-        Some(schedule) => schedule.clone(),
-        None if k < kept => row.clone(),
-        None if measured => Reading { planned_u: Shared::default(), ..row.unread() },
-        None => {
-            let mut row = row.unread();
+    let row = |(k, row): (usize, &Reading)| {
+        let mut row = match asked.rows.get(k).filter(|_| k < kept && in_order) {
+            Some(schedule) => schedule.clone(),
+            None if k < kept => row.clone(),
+            None => row.unread(),
+        };
+        if measured && k >= kept {
+            row.planned_u = Shared::default();
+        }
+        if !measured {
             let given = noise.sensors.iter().enumerate().filter(|(_, own)| own.from == NoiseSource::Given);
             let mut planned_u = row.planned_u.to_vec();
             for (sensor, _) in given {
@@ -220,8 +225,8 @@ fn to_write(asked: &Readings, run: Readings, kept: usize, in_order: bool, noise:
             }
             planned_u.sort_by_key(|(sensor, _)| *sensor);
             row.planned_u = planned_u.into();
-            row
         }
+        row
     };
     Readings { rows: run.rows.iter().enumerate().map(row).collect(), columns: run.columns.clone() }
 }
