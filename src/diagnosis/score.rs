@@ -1048,10 +1048,57 @@ impl Score {
             consider(&mut options, &values, &less);
             options.push((reduced.value + shift, less));
         }
+        for next in self.of_other_kinds(set) {
+            let Some(state) = self.state(&remainder, &next) else { continue };
+            self.record(kernel, &key(kernel, &next).1, state.value + shift);
+            options.push((state.value + shift, next));
+        }
         options.sort_by(|a, b| b.0.total_cmp(&a.0));
         options.truncate(FOLLOWED);
         let _first = self.expanded.insert(key(kernel, set), options.clone());
         Some((integral, options))
+    }
+
+    /// Sets in which one effect of several sensors is another effect of the same sensors: all its members are exchanged at once, since a set with some of them is one
+    /// of two effects, and less probable. Of another kind each member is the one that resembles a member here; where one resembles none, the kind cannot do the same.
+    fn of_other_kinds(&self, set: &[u16]) -> Vec<Vec<u16>> {
+        let mut exchanged = vec![];
+        let mut own: Vec<u16> =
+            set.iter().flat_map(|j| self.kinds[usize::from(*j)].iter().map(|(kind, _)| *kind)).collect();
+        own.sort_unstable();
+        own.dedup();
+        for kind in &own {
+            let is_of = |kind: u16, j: u16| self.kinds[usize::from(j)].iter().any(|(other, _)| *other == kind);
+            let (members, others): (Vec<u16>, Vec<u16>) = set.iter().copied().partition(|j| is_of(*kind, *j));
+            if members.len() < 2 {
+                continue;
+            }
+            // of each other kind the member that resembles each of these most
+            let mut like: HashMap<u16, Vec<Option<(f64, u16)>>> = HashMap::new();
+            for (place, member) in members.iter().enumerate() {
+                let cosines = self.cosines(usize::from(*member));
+                for (j, kinds) in self.kinds.iter().enumerate().filter(|(j, _)| !set.contains(&(*j as u16))) {
+                    let cosine = cosines[j].abs();
+                    for (other, _) in kinds.iter().filter(|(other, _)| other != kind && cosine >= ALIKE) {
+                        let places = like.entry(*other).or_insert_with(|| vec![None; members.len()]);
+                        if places[place].is_none_or(|(most, _)| cosine > most) {
+                            places[place] = Some((cosine, j as u16));
+                        }
+                    }
+                }
+            }
+            let whole = like.into_values().filter_map(|places| places.into_iter().collect::<Option<Vec<_>>>());
+            let sets = whole.map(|places| {
+                let mut next: Vec<u16> = others.iter().copied().chain(places.into_iter().map(|(_, j)| j)).collect();
+                next.sort_unstable();
+                next.dedup();
+                next
+            });
+            exchanged.extend(sets.filter(|next| next.len() == set.len()));
+        }
+        exchanged.sort_unstable();
+        exchanged.dedup();
+        exchanged
     }
 
     /// From a set to its best neighbour until none is better.

@@ -101,6 +101,40 @@ fn an_effect_in_one_of_six_sensors_is_named_with_its_sensor() {
     assert_nothing(&diagnosed(&simulated(&schedule, &truth, 9)));
 }
 
+/// The zero offsets of three sensors follow the temperature, from 22 to 26 degC, and one has an effect of its own. Over this range a square does the same in all three
+/// (least squares: the sums of squares with either differ by less than the variance of three readings), so it is an alias, though it is more probable only where all three are
+/// exchanged at once.
+#[test]
+fn what_three_sensors_have_may_be_another_effect_of_all_three() {
+    for seed in 0..3_u64 {
+        let mut generator = Pcg64Mcg::seed_from_u64(70 + seed);
+        let mut normal = || (0..12).map(|_| random(&mut generator, -0.5, 0.5)).sum::<f64>();
+        let readings: Vec<Value> = (0..96_usize)
+            .map(|k| {
+                let temperature = 22.0 + 4.0 * (1.0 - (-(k as f64) / 40.0).exp()) + 0.05 * normal();
+                let w = [10.0, -10.0, 50.0, -50.0, 100.0, -100.0, 200.0, -200.0][k % 8];
+                let g = [1.0, -1.0, 0.0, 0.5, -0.5, 0.0][k / 8 % 6];
+                let warm = temperature - 23.0;
+                json!({ "w": w, "g": g, "temperature_c": temperature,
+                    "A": 1.35 + 12.5 * w + 0.035 * warm + 0.02 * normal(),
+                    "B": -2.1 + 12.4 * w - 0.03 * warm + 0.25 * g + 0.02 * normal(),
+                    "C": 0.6 + 12.6 * w + 0.04 * warm + 0.02 * normal() })
+            })
+            .collect();
+        let line = |id: &str| json!({ "model": format!("b_{id} + k_{id}*w") });
+        let campaign = parse(
+            &json!({ "bench": { "id": "three", "sensors": { "A": line("A"), "B": line("B"), "C": line("C") } },
+                "estimate": { "b_A": {}, "k_A": {}, "b_B": {}, "k_B": {}, "b_C": {}, "k_C": {} }, "readings": readings })
+            .to_string(),
+        );
+        let report = diagnosed(&campaign);
+        let found = names(&report);
+        assert!(found.iter().any(|names| names.contains(&"g")), "{seed}: {found:?}");
+        let both = |names: &Vec<&str>| names.contains(&"temperature_c") && names.contains(&"temperature_c^2");
+        assert!(found.iter().any(both), "{seed}: {found:?}");
+    }
+}
+
 /// Where something is suspected beside what is named and the residuals contradict the stated noise, the named effects do not explain the readings: beside a plain effect a second
 /// one of 3 to 7 u, which may be named, suspected or neither.
 #[test]
