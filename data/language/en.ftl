@@ -737,7 +737,10 @@ accepted-devices-are-noisy = { $n ->
 }
 sd-of-the-others = sd of the others
 noisy-devices-f = Residuals that scatter more than those of the others: F = (residual sd / pooled sd of the devices with less scatter)^2, p for this device alone; listed if significant at 1 % over all devices (Cochran's test of the largest variance, ISO 5725-2), noisiest first, at most 50. Check the readings, the channel and the cables of this device.
-of-are-not-accepted-rejected-a-rank = { $bad } of { $devices } are not accepted: { $rejected } rejected (a rank defect, a failed global test, lack of fit, no convergence), { $malformed } malformed (readings that do not match this campaign).
+of-are-not-accepted-rejected-a-rank = { $bad ->
+    [one] { $bad } of { $devices } is not accepted
+   *[other] { $bad } of { $devices } are not accepted
+}: { $rejected } rejected (a rank defect, a failed global test, lack of fit, no convergence), { $malformed } malformed (readings that do not match this campaign).
 conformity-rule-pass-undecided-fail = Conformity (rule `{ $decision }`): { $pass } pass, { $undecided } undecided, { $fail } fail.
 devices-differ-by-more-than-their-readings = Quantities in which devices differ by more than the scatter of their readings (p < 0.01): { $names }.
 devices = devices

@@ -35,6 +35,7 @@ use crate::error::{Fault, Malformed, Result};
 use crate::units::Unit;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// A bench, its parameters and its readings: the whole question.
 #[derive(Debug, Clone)]
@@ -63,6 +64,8 @@ pub struct Campaign {
     pub decision: Decision,
     /// The column of the readings that identifies the device, if they are of many devices.
     pub by: Option<String>,
+    /// Titles of columns, by the names that they have here, where the table has others.
+    pub titles: BTreeMap<String, String>,
 }
 
 /// What a campaign asks for, before it is matched with the bench's names.
@@ -189,6 +192,7 @@ impl Campaign {
             decision: Decision::default(),
             scatter: Vec::new(),
             by: None,
+            titles: BTreeMap::new(),
         })
     }
 
@@ -223,6 +227,7 @@ impl Campaign {
         longer.constraints = self.constraints.clone();
         longer.derived = self.derived.clone();
         longer.identity = self.identity.clone();
+        longer.titles = self.titles.clone();
         for line in &self.scatter {
             let of = match &line.of {
                 // parameters have other indices in the longer campaign
@@ -306,6 +311,7 @@ impl Campaign {
             limits: self.limits.clone(),
             decision: self.decision,
             by: self.by.clone(),
+            titles: self.titles.clone(),
         }
     }
 

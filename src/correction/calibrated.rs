@@ -12,6 +12,7 @@ use crate::elements::{Elements, Parts};
 use crate::fit::{Fit, State};
 use crate::language::sentence;
 use nalgebra::{DMatrix, DVector, Matrix3, Rotation3, Unit};
+use std::collections::BTreeMap;
 
 impl Calibration {
     /// What a fit says for correcting readings.
@@ -78,6 +79,7 @@ impl Calibration {
             },
             mounting,
             span: span(campaign),
+            titles: BTreeMap::new(),
         };
         let measured = !norms.is_empty() || !bench.in_use.is_empty();
         of_norms(&mut calibration, bench, &norms);
@@ -85,6 +87,10 @@ impl Calibration {
         if measured {
             calibration.span = covered(&calibration, campaign).unwrap_or(calibration.span);
         }
+        let given = calibration.inputs.iter().filter(|input| !input.solved).map(|input| &input.name);
+        let read = calibration.lines.iter().map(|line| &line.sensor).chain(given);
+        let titles = read.filter_map(|name| Some((name.clone(), campaign.titles.get(name)?.clone())));
+        calibration.titles = titles.collect();
         calibration
     }
 }

@@ -28,6 +28,8 @@ pub struct Calibration {
     pub mounting: Option<Mounting>,
     /// The largest inputs that the readings of the calibration covered.
     pub span: Span,
+    /// Titles that sensors and inputs had in the table of the calibration, where they are not their names.
+    pub titles: BTreeMap<String, String>,
 }
 
 /// Parameters of a correction.

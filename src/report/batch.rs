@@ -295,7 +295,7 @@ fn answer(report: &BatchReport, lang: Language) -> Section {
     let accepted = match counts.rejected + counts.malformed {
         0 => (Tone::Good, say!(lang, "all-are-accepted", devices)),
         bad => {
-            let [bad, rejected, malformed] = [bad, counts.rejected, counts.malformed].map(|n| n.to_string());
+            let [rejected, malformed] = [counts.rejected, counts.malformed].map(|n| n.to_string());
             (Tone::Bad, say!(lang, "of-are-not-accepted-rejected-a-rank", bad, devices, rejected, malformed))
         }
     };

@@ -336,6 +336,7 @@ impl CampaignFile {
         }
         let request = campaign::Request { estimate: self.estimate.0, known, correlations: self.correlations };
         let mut campaign = Campaign::new(bench, request, readings)?;
+        campaign.titles = self.columns.0.into_iter().collect();
         for (k, constraint) in self.constraints.into_iter().enumerate() {
             let constraint =
                 constraint.into_constraint(&campaign).map_err(|e| e.under(&format!("constraints[{k}]")))?;

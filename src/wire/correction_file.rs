@@ -42,6 +42,9 @@ pub struct CorrectionFile {
     /// The rotation from the sensors' frame to the mounting face, where tilts after the last joint are known or estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mounting: Option<Mounting>,
+    /// Titles that sensors and inputs had in the table of the calibration, where they are not their names.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub columns: BTreeMap<String, String>,
 }
 
 impl CorrectionFile {
@@ -62,6 +65,7 @@ impl CorrectionFile {
             validity: linearity(calibration, &corrector),
             parameters: calibration.parameters.clone(),
             mounting: calibration.mounting.clone(),
+            columns: calibration.titles.clone(),
         })
     }
 
@@ -103,6 +107,7 @@ impl CorrectionFile {
             inputs: self.inputs,
             parameters: self.parameters,
             mounting: self.mounting,
+            titles: self.columns,
         })
     }
 }

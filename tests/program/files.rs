@@ -327,6 +327,28 @@ fn a_given_column_is_read_in_every_dialect() {
     }
 }
 
+/// A record has the titles that the table of the calibration had: V = V0 + 2*a_I + 0.1*(temperature_c - 20), V0 = 0.5.
+#[test]
+fn titles_of_the_calibration_are_those_of_a_record() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let campaign = r#"{ "bench": { "id": "head", "chain": [ { "joint": "theta", "about": "y" } ], "sensors": { "V": { "unit": "V", "axes": { "I": "x" },
+        "model": "V0 + 2*a_I + 0.1*(temperature_c - 20)" } } }, "estimate": { "V0": {} }, "columns": { "V": "Output mV", "temperature_c": "Temp [degF]" },
+        "readings": "table.csv" }"#;
+    std::fs::write(folder.path().join("c.campaign.json"), campaign).expect("written");
+    std::fs::write(folder.path().join("table.csv"), "theta_deg,Temp [degF],Output mV\n0,68,500\n0,86,1500\n")
+        .expect("written");
+    assert_ne!(run(folder.path(), &["fit", "c.campaign.json", "--json", "c.fit.json"]).0, Some(1));
+    std::fs::write(folder.path().join("log.csv"), "n,Output mV,Temp [degF]\n1,3500,86\n2,500,68\n").expect("written");
+    let output = tumble(folder.path(), &["apply", "c.fit.json", "log.csv"]).output().expect("a run");
+    assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
+    let inputs: Vec<f64> = String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .skip(1)
+        .map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number"))
+        .collect();
+    assert!((inputs[0] - 1.0).abs() < 1e-12 && inputs[1].abs() < 1e-12, "{inputs:?}");
+}
+
 /// `apply` reads the tables that `fit` reads, in their units.
 #[test]
 fn apply_reads_dialects_and_units() {

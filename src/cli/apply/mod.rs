@@ -170,9 +170,11 @@ fn plan(arguments: &Arguments, calibration: &Calibration, header: &[Column]) -> 
         titled.or_else(|| header.iter().position(|column| column.name == name))
     };
     let titles = || header.iter().map(|column| format!("'{}'", column.title)).collect::<Vec<_>>().join(", ");
-    // the column that was said to be it, or one of its name
+    // the column that was said to be it, or one of its name, or of the title that it had in the calibration
     let found = |name: &str, what: &str| -> Result<Option<usize>> {
-        let Some((_, said)) = arguments.column.iter().find(|(of, _)| of == name) else { return Ok(column(name)) };
+        let Some((_, said)) = arguments.column.iter().find(|(of, _)| of == name) else {
+            return Ok(column(name).or_else(|| column(calibration.titles.get(name)?)));
+        };
         let there = column(said).ok_or_else(|| {
             Malformed::new(Fault::Missing, format!("the record has no column '{said}' for {what}"))
                 .expected("one of the titles in the record's first line")
