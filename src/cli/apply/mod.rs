@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     /// Frame of the inputs: the sensor axes, or the mounting face (rotated by the tilts after the last joint).
     #[arg(long, value_enum, default_value_t = Frame::Sensor)]
     frame: Frame,
-    /// Column of a sensor, or of an input such as a temperature, in the record, if its title differs from that name; repeat for several.
+    /// Column of a sensor, or of an input such as a temperature, in the record, if its title is neither that name nor the title in the table of the calibration; repeat for several.
     #[arg(long, visible_alias = "columns", value_name = "NAME=COLUMN", value_parser = pair)]
     column: Vec<(String, String)>,
 }
