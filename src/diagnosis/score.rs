@@ -780,10 +780,9 @@ impl Score {
         let volume = self.volume(k + 1) + before - 0.5 * (state.logdet + remainder.logdet);
         let there: Vec<u16> =
             state.set.iter().flat_map(|j| self.kinds[*j as usize].iter().map(|(kind, _)| *kind)).collect();
+        let mut open: Vec<bool> = (0..n).map(|j| self.norm[j] > 0.0 && self.prior[j].is_finite()).collect();
+        state.set.iter().for_each(|j| open[usize::from(*j)] = false);
         let enough = |j: usize| {
-            if self.norm[j] == 0.0 || !self.prior[j].is_finite() || state.set.contains(&(j as u16)) {
-                return None;
-            }
             let (mut d, mut bb) = of.left[j];
             if let Some((i, along, inverse)) = of_out {
                 let part = along[j] / inverse;
@@ -810,7 +809,7 @@ impl Score {
             let value = volume + joins - self.per_q(k + 1) * ln_q;
             Some(Enough { j, size, d, s2, value, per: d.sqrt() / self.likely(j, size, s2 / d) })
         };
-        let mut enough: Vec<Enough> = (0..n).filter_map(enough).collect();
+        let mut enough: Vec<Enough> = (0..n).filter(|j| open[*j]).filter_map(enough).collect();
         for (l, place) in (0..all).filter(|place| left_out.is_none_or(|(i, _)| i != *place)).enumerate() {
             let (along, member) = (part(place), state.set[l] as usize);
             let (beta, inverse) = (state.beta[l], state.inverse[l * k + l]);
@@ -1451,6 +1450,7 @@ impl Score {
         let nothing = self.places.get(&[][..]).map_or(f64::NEG_INFINITY, |place| self.visited_with(0, *place));
         let nothing = (nothing - self.best).exp() / total;
         let mut classes: Vec<Class> = vec![];
+        let mut in_class = vec![false; self.alike.len()];
         // many that stand in each other's place share what one without them has: not only the best set tells what is probable
         let least = sets.first().map_or(0.0, |(top, _)| top * (-ALIAS).exp());
         let sizes: Vec<Vec<f64>> = sets.iter().take(TOLD).map(|(_, set)| self.sizes(set)).collect();
@@ -1482,17 +1482,31 @@ impl Score {
                         class.push((j, p));
                     }
                 }
+                // of further sets only what is in no class yet; members of the best set are different effects
+                let is_known = |class: &[(u16, f64)]| order > 0 && class.iter().any(|(j, _)| in_class[usize::from(*j)]);
+                if is_known(&class) {
+                    continue;
+                }
                 let mut is_member = vec![false; self.alike.len()];
                 class.iter().for_each(|(j, _)| is_member[usize::from(*j)] = true);
-                let mut nearly: Vec<(u16, f64)> = Vec::new();
+                // many sets have the same further member
+                let mut is_other: Vec<Option<bool>> = vec![None; self.alike.len()];
                 for (p, other) in sets.iter().take_while(|(p, _)| *p >= *top * 1e-4) {
-                    if other.iter().any(|j| is_member[usize::from(*j)] || nearly.iter().any(|(i, _)| i == j)) {
+                    if other.iter().any(|j| is_member[usize::from(*j)]) {
                         continue;
                     }
-                    let extra = other.iter().copied().filter(|j| !set.contains(j));
-                    nearly.extend(extra.filter(|j| self.cosine(&less, member, *j) >= NEARLY).map(|j| (j, *p)));
+                    for j in other.iter().copied().filter(|j| !set.contains(j)) {
+                        let other = &mut is_other[usize::from(j)];
+                        if !*other.get_or_insert_with(|| self.cosine(&less, member, j) < NEARLY) {
+                            is_member[usize::from(j)] = true;
+                            class.push((j, *p));
+                        }
+                    }
                 }
-                class.extend(nearly);
+                if is_known(&class) {
+                    continue;
+                }
+                class.iter().for_each(|(j, _)| in_class[usize::from(*j)] = true);
                 let each = |(j, p): &(u16, f64)| {
                     let (j, p) = (*j, *p);
                     let all = self.odds(j, size);
@@ -1500,13 +1514,6 @@ impl Score {
                     self.odds_at(j, size).map(one)
                 };
                 let mut members: Vec<Member> = class.iter().flat_map(each).collect();
-                // of further sets only what is in no class yet; members of the best set are different effects
-                let is_known =
-                    |class: &Class| class.members.iter().any(|a| members.iter().any(|b| a.candidate == b.candidate));
-                if order > 0 && classes.iter().any(is_known) {
-                    continue;
-                }
-                class.iter().for_each(|(j, _)| is_member[usize::from(*j)] = true);
                 let with = self.visited.iter().zip(&sums);
                 let with = with.filter(|(visited, _)| visited.set.iter().any(|j| is_member[usize::from(*j)]));
                 let probability = (with.map(|(_, sum)| *sum).sum::<f64>() / total).min(1.0);
