@@ -276,7 +276,7 @@ impl Belief {
         match self.fixed {
             None => {
                 let root_mean_square = (size * size + variance).sqrt();
-                self.at(root_mean_square) / root_mean_square
+                self.odds / (root_mean_square * (1.0 + root_mean_square * self.absurd))
             }
             Some(fixed) => {
                 let exponent = -0.5 * (size - fixed).powi(2) / variance;
@@ -311,14 +311,38 @@ impl Further {
     }
 }
 
-/// A column that may be enough to be kept with a set: its size, what is left of it, and the variance of unit weight with it; `value - ln per` is its ln p.
+/// A product of many factors by one logarithm for all that cannot leave the range of numbers together.
+struct Product {
+    ln: f64,
+    rest: f64,
+}
+
+impl Product {
+    fn of(first: f64) -> Self {
+        Product { ln: 0.0, rest: first }
+    }
+
+    fn times(&mut self, factor: f64) {
+        if !(self.rest > 1e-100 && self.rest < 1e100) {
+            self.ln += self.rest.ln();
+            self.rest = 1.0;
+        }
+        self.rest *= factor;
+    }
+
+    fn ln(&self) -> f64 {
+        self.ln + self.rest.ln()
+    }
+}
+
+/// A column that may be enough to be kept with a set: its size, what is left of it, the variance of unit weight with it, and its ln p, what is believed of sizes apart.
 struct Enough {
     j: usize,
     size: f64,
     d: f64,
     s2: f64,
     value: f64,
-    per: f64,
+    believed: Product,
 }
 
 #[derive(Clone)]
@@ -807,37 +831,21 @@ impl Score {
             }
             let (size, s2) = (bb / d, self.sigma2(q, k + 1));
             let value = volume + joins - self.per_q(k + 1) * ln_q;
-            Some(Enough { j, size, d, s2, value, per: d.sqrt() / self.likely(j, size, s2 / d) })
+            Some(Enough { j, size, d, s2, value, believed: Product::of(self.likely(j, size, s2 / d) / d.sqrt()) })
         };
         let mut enough: Vec<Enough> = (0..n).filter(|j| open[*j]).filter_map(enough).collect();
         for (l, place) in (0..all).filter(|place| left_out.is_none_or(|(i, _)| i != *place)).enumerate() {
             let (along, member) = (part(place), state.set[l] as usize);
             let (beta, inverse) = (state.beta[l], state.inverse[l * k + l]);
             let gone = of_out.map(|(i, along, own)| (along, of.state.inverse[place * all + i] / own));
-            let single = if let [Belief { odds, absurd, fixed: None }] = self.beliefs[member][..] {
-                Some((1.0 / odds, absurd))
-            } else {
-                None
-            };
             for own in &mut enough {
                 let h = along[own.j] - gone.map_or(0.0, |(along, share)| along[own.j] * share);
                 let (size, variance) = (beta - h * own.size, own.s2 * (inverse + h * h / own.d));
-                // one logarithm for all that cannot leave the range of numbers together
-                if !(own.per > 1e-100 && own.per < 1e100) {
-                    own.value -= own.per.ln();
-                    own.per = 1.0;
-                }
-                own.per *= match single {
-                    Some((per, absurd)) => {
-                        let size = (size * size + variance).sqrt();
-                        per * size * (1.0 + size * absurd)
-                    }
-                    None => 1.0 / self.likely(member, size, variance),
-                };
+                own.believed.times(self.likely(member, size, variance));
             }
         }
         let mut values = vec![f64::NEG_INFINITY; n];
-        enough.into_iter().for_each(|own| values[own.j] = own.value - own.per.ln());
+        enough.into_iter().for_each(|own| values[own.j] = own.value + own.believed.ln());
         values
     }
 
@@ -978,15 +986,15 @@ impl Score {
             lower.forward(&mut turned);
             let q = at.q - product(&turned, &turned);
             let s2 = self.sigma2(q, k);
-            let (mut sizes, mut t, mut believed) = (Vec::with_capacity(k), Vec::with_capacity(k), of_kind);
+            let (mut sizes, mut t, mut believed) = (Vec::with_capacity(k), Vec::with_capacity(k), Product::of(1.0));
             for (j, column) in set.iter().zip(lower.inverse_columns()) {
                 let size = product(&column, &turned);
                 let variance = (s2 * product(&column, &column)).max(f64::MIN_POSITIVE);
-                believed += self.likely(usize::from(*j), size, variance).ln();
+                believed.times(self.likely(usize::from(*j), size, variance));
                 sizes.push(size);
                 t.push(size / variance.sqrt());
             }
-            let value = self.evidence(k, q, at.logdet, lower.log_determinant(), believed);
+            let value = self.evidence(k, q, at.logdet, lower.log_determinant(), of_kind + believed.ln());
             all.push(Solved { value, sizes, t, squares: q });
         }
         Some(all)
