@@ -243,7 +243,15 @@ impl Hasher for Mixed {
 /// A set that was visited, in order, and ln p with each kernel that it was visited with.
 struct Visited {
     set: Rc<[u16]>,
-    each: Vec<Valued>,
+    /// Most sets are visited with one kernel.
+    first: Valued,
+    others: Vec<Valued>,
+}
+
+impl Visited {
+    fn each(&self) -> impl Iterator<Item = &Valued> {
+        std::iter::once(&self.first).chain(&self.others)
+    }
 }
 
 /// ln p with one kernel.
@@ -287,28 +295,11 @@ impl Belief {
 }
 
 /// A set, of each column the part along each of its members (one member after the other), and what is left of it and of its product with the readings.
+#[derive(Clone)]
 struct Further {
     state: State,
     h: Vec<f64>,
     left: Vec<(f64, f64)>,
-}
-
-impl Further {
-    fn of(state: State, remainder: &GivenRemainder) -> Self {
-        let (n, k) = (remainder.b.len(), state.set.len());
-        let mut h = vec![0.0; n * k];
-        let mut left: Vec<(f64, f64)> = remainder.d.iter().copied().zip(remainder.b.iter().copied()).collect();
-        for (l, own) in h.chunks_exact_mut(n.max(1)).enumerate() {
-            for (g, a) in state.g.iter().zip(&state.inverse[l * k..]) {
-                own.iter_mut().zip(&**g).for_each(|(h, g)| *h += a * g);
-            }
-            left.iter_mut().map(|(d, b)| (d, b)).zip(own.iter().zip(&*state.g[l])).for_each(|((d, b), (h, g))| {
-                *d -= g * h;
-                *b -= g * state.beta[l];
-            });
-        }
-        Further { state, h, left }
-    }
 }
 
 /// A product of many factors by one logarithm for all that cannot leave the range of numbers together.
@@ -774,13 +765,53 @@ impl Score {
             let col = self.column(remainder, j);
             state.g.push(col);
         }
-        let s2 = self.sigma2(state.q, set.len());
-        let k = set.len();
+        state.value = self.value_of(&state, remainder);
+        Some(state)
+    }
+
+    fn value_of(&self, state: &State, remainder: &GivenRemainder) -> f64 {
+        let (set, k) = (&state.set, state.set.len());
+        let s2 = self.sigma2(state.q, k);
         let variance = |i: usize| s2 * state.inverse[i * k + i];
         let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, state.beta[i], variance(i)).ln()).sum();
-        let believed = believed + self.of_one_kind(set);
-        state.value = self.evidence(k, state.q, remainder.logdet, state.logdet, believed);
-        Some(state)
+        self.evidence(k, state.q, remainder.logdet, state.logdet, believed + self.of_one_kind(set))
+    }
+
+    /// A set with further members. With `r` what the set leaves of the products of a member's column with all, `d` of that with itself and `b` of that with the readings: the
+    /// parts along the member are `r/d`, and the set that has it takes `r r/d` of `d` and `r b/d` of `b`.
+    fn further(&self, mut of: Further, remainder: &GivenRemainder, set: &[u16]) -> Option<Further> {
+        let n = self.b.len();
+        for m in set.iter().filter(|m| !of.state.set.contains(m)).copied().collect::<Vec<_>>() {
+            let j = usize::from(m);
+            let (d, bb) = of.left[j];
+            if !is_left(remainder, j, d) {
+                return None;
+            }
+            let (column, h) =
+                (self.column(remainder, j), of.h.chunks_exact(n).map(|along| along[j]).collect::<Vec<_>>());
+            let mut own = column.to_vec();
+            for (g, h) in of.state.g.iter().zip(&h) {
+                own.iter_mut().zip(&**g).for_each(|(r, g)| *r -= h * g);
+            }
+            for ((left, product), r) in of.left.iter_mut().zip(&mut own) {
+                let part = *r / d;
+                (*left, *product, *r) = (*left - *r * part, *product - bb * part, part);
+            }
+            for (along, h) in of.h.chunks_exact_mut(n).zip(&h) {
+                along.iter_mut().zip(&own).for_each(|(along, part)| *along -= h * part);
+            }
+            of.h.extend(own);
+            extend(&mut of.state, &h, d, bb, m);
+            of.state.g.push(column);
+        }
+        of.state.value = self.value_of(&of.state, remainder);
+        Some(of)
+    }
+
+    /// No member, with all columns.
+    fn start(&self, remainder: &GivenRemainder) -> Option<Further> {
+        let left = remainder.d.iter().copied().zip(remainder.b.iter().copied()).collect();
+        Some(Further { state: self.state(remainder, &[])?, h: vec![], left })
     }
 
     /// ln p of a set with one member more, for all of them, or where a member is left out, of that set (`reduced`): of the parts `h` along the set, and what is
@@ -867,20 +898,22 @@ impl Score {
 
     /// A set in order, with its ln p: what is settled replaces what is not; of others the largest counts.
     fn visit(&mut self, kernel: usize, set: &[u16], value: f64, is_settled: bool) {
-        let place = self.places.get(set).copied().unwrap_or_else(|| {
-            let set: Rc<[u16]> = set.into();
-            self.visited.push(Visited { set: Rc::clone(&set), each: Vec::with_capacity(1) });
-            let _none = self.places.insert(set, self.visited.len() - 1);
-            self.visited.len() - 1
-        });
-        let each = &mut self.visited[place].each;
-        match each.iter_mut().find(|valued| usize::from(valued.kernel) == kernel) {
-            Some(known) if known.is_settled && !is_settled => return,
-            Some(known) => {
-                known.value = if is_settled { value } else { known.value.max(value) };
-                known.is_settled |= is_settled;
+        let valued = Valued { kernel: kernel as u16, is_settled, value };
+        let place = self.places.get(set).copied().unwrap_or(self.visited.len());
+        if let Some(Visited { first, others, .. }) = self.visited.get_mut(place) {
+            let known = std::iter::once(first).chain(&mut *others).find(|known| known.kernel == valued.kernel);
+            match known {
+                Some(known) if known.is_settled && !is_settled => return,
+                Some(known) => {
+                    known.value = if is_settled { value } else { known.value.max(value) };
+                    known.is_settled |= is_settled;
+                }
+                None => others.push(valued),
             }
-            None => each.push(Valued { kernel: kernel as u16, is_settled, value }),
+        } else {
+            let set: Rc<[u16]> = set.into();
+            let _none = self.places.insert(Rc::clone(&set), place);
+            self.visited.push(Visited { set, first: valued, others: vec![] });
         }
         if value > self.best - ALIAS {
             self.near.push((kernel as u16, place));
@@ -889,7 +922,7 @@ impl Score {
 
     /// ln p of a set that was visited with a kernel, by place.
     fn visited_with(&self, kernel: u16, place: usize) -> f64 {
-        let each = self.visited[place].each.iter();
+        let each = self.visited[place].each();
         each.filter(|valued| valued.kernel == kernel).fold(f64::NEG_INFINITY, |_, valued| valued.value)
     }
 
@@ -1003,9 +1036,9 @@ impl Score {
     /// The most probable remainder given a set.
     pub fn foremost(&mut self, set: &[u16]) -> Remainder {
         let (_, sorted) = key(0, set);
-        let each = self.places.get(&sorted).map_or(&[][..], |place| &self.visited[*place].each);
+        let each = self.places.get(&sorted).into_iter().flat_map(|place| self.visited[*place].each());
         let most = |best: &'_ Valued, next: &'_ Valued| (next.value, next.kernel) > (best.value, best.kernel);
-        let best = each.iter().reduce(|best, next| if most(best, next) { next } else { best });
+        let best = each.reduce(|best, next| if most(best, next) { next } else { best });
         let best = best.map_or(0, |valued| usize::from(valued.kernel));
         Remainder { kernel: best, place: self.integral(best, set).map_or(0, |(_, place)| place) }
     }
@@ -1096,7 +1129,7 @@ impl Score {
             return Some((integral, best.clone()));
         }
         let remainder = self.at(kernel, size);
-        let of = Further::of(self.state(&remainder, set)?, &remainder);
+        let of = self.further(self.start(&remainder)?, &remainder, set)?;
         let shift = integral - of.state.value;
         let mut options: Vec<(f64, Vec<u16>)> = vec![];
         let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
@@ -1189,18 +1222,19 @@ impl Score {
     }
 
     /// The best sets with one effect more than some sets have, the best first: so many that the first effect of each need not be in the best set.
-    /// Remainders have the size that they have given `at`.
+    /// Remainders have the size that they have given `at`, which all sets contain.
     fn longer(&mut self, kernel: usize, at: &[u16], sets: Vec<Vec<u16>>) -> Vec<Vec<u16>> {
         let Some((integral, size)) = self.integral(kernel, at) else { return vec![] };
         let remainder = self.at(kernel, size);
-        let Some(start) = self.state(&remainder, at) else { return vec![] };
-        let shift = integral - start.value;
+        let start = self.start(&remainder).and_then(|start| self.further(start, &remainder, at));
+        let Some(start) = start else { return vec![] };
+        let shift = integral - start.state.value;
         let mut longer: Vec<(f64, Vec<u16>)> = vec![];
         for set in sets {
-            let Some(state) = self.state(&remainder, &set) else { continue };
+            let Some(of) = self.further(start.clone(), &remainder, &set) else { continue };
             let least = if longer.len() < BEAM { f64::NEG_INFINITY } else { longer[BEAM - 1].0 };
             let record = self.best - GROWN - self.kernel_prior(kernel) - shift;
-            let values = self.additions(&Further::of(state, &remainder), None, &remainder, least.min(record));
+            let values = self.additions(&of, None, &remainder, least.min(record));
             self.record_all(kernel, &set, &values, (shift, GROWN));
             for (j, value) in values.iter().enumerate().filter(|(_, value)| **value > least) {
                 let mut next = [&set[..], &[j as u16]].concat();
@@ -1403,8 +1437,8 @@ impl Score {
 
     /// For each set visited the sum of p over its kernels, in that of the best.
     fn marginal(&self) -> Vec<(f64, Rc<[u16]>)> {
-        let sum = |each: &[Valued]| each.iter().map(|valued| (valued.value - self.best).exp()).sum();
-        self.visited.iter().map(|visited| (sum(&visited.each), Rc::clone(&visited.set))).collect()
+        let sum = |visited: &Visited| visited.each().map(|valued| (valued.value - self.best).exp()).sum();
+        self.visited.iter().map(|visited| (sum(visited), Rc::clone(&visited.set))).collect()
     }
 
     /// Do two explanations that differ by so much (ln) stand in each other's place? Of what is hardly seen only columns that are alike do.
@@ -1444,12 +1478,12 @@ impl Score {
         sets.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
         let mut kernels = vec![0.0; self.kernels.len()];
         let mut alone = vec![0.0; self.settings.most + 1];
-        for Visited { set, each } in &self.visited {
-            for valued in each {
+        for visited in &self.visited {
+            for valued in visited.each() {
                 let p = (valued.value - self.best).exp() / total;
                 kernels[usize::from(valued.kernel)] += p;
                 if valued.kernel == 0
-                    && let Some(share) = alone.get_mut(self.effects(set))
+                    && let Some(share) = alone.get_mut(self.effects(&visited.set))
                 {
                     *share += p;
                 }
@@ -1545,7 +1579,7 @@ impl Score {
             }
             let _first = self.overruled.insert(set);
         }
-        let values = self.visited.iter().flat_map(|visited| &visited.each).map(|valued| valued.value);
+        let values = self.visited.iter().flat_map(Visited::each).map(|valued| valued.value);
         self.best = values.fold(f64::NEG_INFINITY, f64::max);
     }
 
