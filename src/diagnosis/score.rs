@@ -754,21 +754,6 @@ impl Score {
         q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE) / (self.nu - k as f64).max(1.0)
     }
 
-    fn state(&self, remainder: &GivenRemainder, set: &[u16]) -> Option<State> {
-        let mut state =
-            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: remainder.q, logdet: 0.0, value: 0.0 };
-        let mut h = vec![];
-        for m in set {
-            let j = *m as usize;
-            let (d, bb) = step(&state, remainder, j, &mut h)?;
-            extend(&mut state, &h, d, bb, *m);
-            let col = self.column(remainder, j);
-            state.g.push(col);
-        }
-        state.value = self.value_of(&state, remainder);
-        Some(state)
-    }
-
     fn value_of(&self, state: &State, remainder: &GivenRemainder) -> f64 {
         let (set, k) = (&state.set, state.set.len());
         let s2 = self.sigma2(state.q, k);
@@ -808,10 +793,27 @@ impl Score {
         Some(of)
     }
 
-    /// No member, with all columns.
-    fn start(&self, remainder: &GivenRemainder) -> Option<Further> {
+    /// A set, with all columns.
+    fn with_all(&self, remainder: &GivenRemainder, set: &[u16]) -> Option<Further> {
         let left = remainder.d.iter().copied().zip(remainder.b.iter().copied()).collect();
-        Some(Further { state: self.state(remainder, &[])?, h: vec![], left })
+        let (q, logdet, value) = (remainder.q, 0.0, 0.0);
+        let state = State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q, logdet, value };
+        self.further(Further { state, h: vec![], left }, remainder, set)
+    }
+
+    /// A set without one of its members: with `G` the inverse, `G - G_i G_i'/G_ii`, `b - G_i b_i/G_ii`, `q + b_i^2/G_ii`, `|G_S| G_ii`.
+    fn without(&self, state: &State, place: usize, remainder: &GivenRemainder) -> State {
+        let (k, own) = (state.set.len(), state.inverse[place * state.set.len() + place]);
+        let share = |l: usize| state.inverse[l * k + place] / own;
+        let mut less = state.clone();
+        let (_, _, beta) = (less.set.remove(place), less.g.remove(place), less.beta.remove(place));
+        let others: Vec<usize> = (0..k).filter(|l| *l != place).collect();
+        let at = |l: usize, m: usize| state.inverse[l * k + m] - share(l) * state.inverse[m * k + place];
+        less.inverse = others.iter().flat_map(|l| others.iter().map(|m| at(*l, *m))).collect();
+        less.beta.iter_mut().zip(&others).for_each(|(b, l)| *b -= share(*l) * beta);
+        (less.q, less.logdet) = (state.q + beta * beta / own, state.logdet + own.ln());
+        less.value = self.value_of(&less, remainder);
+        less
     }
 
     /// ln p of a set with one member more, for all of them, or where a member is left out, of that set (`reduced`): of the parts `h` along the set, and what is
@@ -929,7 +931,7 @@ impl Score {
     fn integrate(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, usize)> {
         if kernel == 0 {
             let remainder = self.at(0, 0);
-            return Some((self.state(&remainder, set)?.value, 0));
+            return Some((self.with_all(&remainder, set)?.state.value, 0));
         }
         let (mut best, mut at, mut values) = (f64::NEG_INFINITY, 0, vec![]);
         for (place, Solved { value, .. }) in self.profile(kernel, set)?.into_iter().enumerate() {
@@ -1052,13 +1054,15 @@ impl Score {
     pub fn strongest(&self, at: Remainder, set: &[u16], wanted: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
         let remainder = self.make(at);
         let standing: Vec<u16> = set.iter().map(|j| self.standing(usize::from(*j))).collect::<Option<_>>()?;
-        let state = self.state(&remainder, &standing)?;
-        let mut h = vec![];
+        let Further { state, left, .. } = self.with_all(&remainder, &standing)?;
         let further =
             (0..self.alike.len()).filter(|j| !standing.contains(&(*j as u16)) && self.dof(set.len() + 1) >= 1.0);
         let t_of = |j: usize| {
             let candidate = self.alike[j].iter().map(|i| usize::from(*i)).find(|i| wanted(*i))?;
-            let (d, bb) = step(&state, &remainder, j, &mut h)?;
+            let (d, bb) = left[j];
+            if !is_left(&remainder, j, d) {
+                return None;
+            }
             let t = bb / (d * self.sigma2(state.q - bb * bb / d, set.len() + 1)).sqrt();
             Some((candidate, t * product(self.c.col_as_slice(j), self.c.col_as_slice(candidate)).signum()))
         };
@@ -1129,7 +1133,7 @@ impl Score {
             return Some((integral, best.clone()));
         }
         let remainder = self.at(kernel, size);
-        let of = self.further(self.start(&remainder)?, &remainder, set)?;
+        let of = self.with_all(&remainder, set)?;
         let shift = integral - of.state.value;
         let mut options: Vec<(f64, Vec<u16>)> = vec![];
         let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
@@ -1147,9 +1151,8 @@ impl Score {
             consider(&mut options, &values, set);
         }
         for place in 0..set.len() {
-            let mut less = set.to_vec();
-            let _gone = less.remove(place);
-            let Some(reduced) = self.state(&remainder, &less) else { continue };
+            let reduced = self.without(&of.state, place, &remainder);
+            let less = reduced.set.clone();
             self.record(kernel, &key(kernel, &less).1, reduced.value + shift);
             let values = self.additions(&of, Some((place, &reduced)), &remainder, least(self));
             self.record_all(kernel, &less, &values, (shift, KEPT));
@@ -1226,8 +1229,7 @@ impl Score {
     fn longer(&mut self, kernel: usize, at: &[u16], sets: Vec<Vec<u16>>) -> Vec<Vec<u16>> {
         let Some((integral, size)) = self.integral(kernel, at) else { return vec![] };
         let remainder = self.at(kernel, size);
-        let start = self.start(&remainder).and_then(|start| self.further(start, &remainder, at));
-        let Some(start) = start else { return vec![] };
+        let Some(start) = self.with_all(&remainder, at) else { return vec![] };
         let shift = integral - start.state.value;
         let mut longer: Vec<(f64, Vec<u16>)> = vec![];
         for set in sets {
@@ -1711,25 +1713,9 @@ pub(crate) struct Posterior {
     pub alone: Vec<f64>,
 }
 
-/// The part of a further column along each of a set's (written), and what is left of it and of its product with the readings.
-fn parts(state: &State, remainder: &GivenRemainder, j: usize, h: &mut Vec<f64>) -> (f64, f64) {
-    let k = state.set.len();
-    h.clear();
-    let along = |row: &[f64]| row.iter().zip(&state.g).map(|(a, g)| a * g[j]).sum::<f64>();
-    h.extend(state.inverse.chunks_exact(k.max(1)).map(along));
-    let d = remainder.d[j] - state.g.iter().zip(&*h).map(|(g, b)| g[j] * b).sum::<f64>();
-    let bb = remainder.b[j] - state.g.iter().zip(&state.beta).map(|(g, b)| g[j] * b).sum::<f64>();
-    (d, bb)
-}
-
 /// Is enough left of a column for it to be another?
 fn is_left(remainder: &GivenRemainder, j: usize, d: f64) -> bool {
     d > 1e-4 * remainder.d[j] && d > 1e-12
-}
-
-/// The same where enough is left.
-fn step(state: &State, remainder: &GivenRemainder, j: usize, h: &mut Vec<f64>) -> Option<(f64, f64)> {
-    Some(parts(state, remainder, j, h)).filter(|(d, _)| is_left(remainder, j, *d))
 }
 
 fn extend(state: &mut State, h: &[f64], d: f64, bb: f64, m: u16) {
