@@ -46,7 +46,7 @@ pub(super) fn hold(campaign: &Campaign) -> Result<Assumed> {
         return Ok(assumed);
     }
     assumed.campaign.constraints.clear();
-    let fit = super::fit_exactly(campaign)?;
+    let fit = super::fit_exactly(campaign, fit::tried)?;
     for (k, constraint) in campaign.constraints.iter().enumerate() {
         let (held, equation) = match &fit.constraints {
             Constraints::Contradictory(_) => (Held::LeftOut, None),

@@ -491,7 +491,13 @@ impl<'a> Search<'a> {
 
     /// The exact fit with some effects, begun from a point, and where it puts all parameters of the campaign. `None` where Gauss-Newton finds no solution, and the linear one, by
     /// the exact model, predicts other readings by more than their standard uncertainty: it is none.
-    fn exact(&self, at: &View, effects: &[&Candidate], from: &[f64]) -> Result<Option<(Campaign, Fit, Vec<f64>)>> {
+    fn exact(
+        &self,
+        at: &View,
+        effects: &[&Candidate],
+        from: &[f64],
+        by: fn(&Campaign, &fit::Settings) -> Result<Fit>,
+    ) -> Result<Option<(Campaign, Fit, Vec<f64>)>> {
         let campaign = self.question.campaign;
         let repaired = repaired(campaign, effects)?;
         let mut relaxed = repaired.clone();
@@ -509,7 +515,7 @@ impl<'a> Search<'a> {
                 *start = Some(value);
             }
         }
-        let mut fit = fit_exactly(&relaxed)?;
+        let mut fit = fit_exactly(&relaxed, by)?;
         fit.campaign.parameters = repaired.parameters.clone();
         let given = campaign.reference_point();
         let estimated = repaired.unknowns();
@@ -547,7 +553,7 @@ impl Search<'_> {
         let at = &*at;
         let Some(effects) = at.members(names) else { return Ok(None) };
         let odds: Vec<f64> = names.iter().filter_map(|name| Some(at.odds(index(&at.candidates, name)?))).collect();
-        let Ok(Some((_, fit, point))) = self.exact(at, &effects, from) else { return Ok(None) };
+        let Ok(Some((_, fit, point))) = self.exact(at, &effects, from, fit::tried) else { return Ok(None) };
         if is_trivial(&home.design, &fit, self.question.campaign) {
             return Ok(None);
         }
@@ -761,7 +767,9 @@ fn outcome(
     let effects: Vec<&Candidate> = named.iter().filter_map(|(front, _)| view.candidates.get(front.candidate)).collect();
     let repair = match effects.is_empty() {
         true => None,
-        false => search.exact(&view, &effects, point).ok().flatten().map(|(repaired, fit, _)| (repaired, fit)),
+        false => {
+            search.exact(&view, &effects, point, fit::fit).ok().flatten().map(|(repaired, fit, _)| (repaired, fit))
+        }
     };
     let repair = match repair {
         Some((_, fit)) if is_trivial(&view.design, &fit, search.question.campaign) => None,
@@ -849,7 +857,7 @@ fn outcome(
 /// Errors: as [`super::diagnose`].
 pub fn candidates(campaign: &Campaign, catalogue: &[Effect]) -> Result<Vec<(Candidate, f64)>> {
     let assumed = assumptions::hold(campaign)?;
-    let fit = fit_exactly(&assumed.campaign)?;
+    let fit = fit_exactly(&assumed.campaign, fit::tried)?;
     let settings = Settings::default();
     let question = Question { campaign: &assumed.campaign, asked: &assumed.asked, catalogue, settings: &settings };
     let point: Vec<f64> = fit.point.iter().take(fit.design.point.len()).copied().collect();

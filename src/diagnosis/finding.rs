@@ -510,7 +510,7 @@ fn steps(
             (_, Some(after)) if count == set.len() => after,
             _ => {
                 let effects: Vec<&Candidate> = members.iter().filter_map(|j| candidates.get(*j)).collect();
-                between = fit_exactly(&repaired(campaign, &effects)?)?;
+                between = fit_exactly(&repaired(campaign, &effects)?, fit::tried)?;
                 &between
             }
         };

@@ -219,7 +219,7 @@ fn given(
     let assumed = assumptions::hold(campaign)?;
     let question = campaign;
     let campaign = &assumed.campaign;
-    let before = fit_exactly(campaign)?;
+    let before = fit_exactly(campaign, fit::fit)?;
     let asking = augmented::Question { campaign, asked: &assumed.asked, catalogue, settings };
     let (seen, repaired) = augmented::run(asking, &before.design.point)?;
     let grouping = places::grouping(campaign, &seen.design, &seen.weighted);
@@ -253,8 +253,8 @@ const SMALL_STEP: f64 = 0.05;
 /// Gauss-Newton to the exact model as far as it goes, or the linear estimator where it goes astray.
 ///
 /// At a jump (`sign` of an input that a tilt makes positive or negative) it ends with no descent, next to the jump: as near as there is.
-fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
-    let exact = fit::fit(campaign, &fit::Settings { iterations: ITERATIONS, ..fit::Settings::default() })?;
+fn fit_exactly(campaign: &Campaign, fit: fn(&Campaign, &fit::Settings) -> Result<Fit>) -> Result<Fit> {
+    let exact = fit(campaign, &fit::Settings { iterations: ITERATIONS, ..fit::Settings::default() })?;
     let usable = exact.convergence.as_ref().is_some_and(|record| {
         let small = record.iterations.last().is_some_and(|last| last.step < SMALL_STEP);
         record.converged || record.stop == Stop::NoDescent || (record.stop != Stop::OutOfRange && small)
@@ -262,6 +262,6 @@ fn fit_exactly(campaign: &Campaign) -> Result<Fit> {
     if usable {
         Ok(exact)
     } else {
-        fit::fit(campaign, &fit::Settings { estimator: Estimator::Linear, ..fit::Settings::default() })
+        fit(campaign, &fit::Settings { estimator: Estimator::Linear, ..fit::Settings::default() })
     }
 }

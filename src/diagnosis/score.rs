@@ -14,14 +14,15 @@
 )]
 
 use super::factor::{Apart, Factor, Reach};
-use crate::linear::dot as product;
+use crate::linear::{Triangle, dot as product};
 use crate::number::log_sum;
 use crate::uncertainty::quantiles::ln_gamma;
-use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, Side};
 use std::cell::{OnceCell, RefCell};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::hash::{BuildHasherDefault, Hasher};
+use std::ops::Range;
 use std::rc::Rc;
 
 /// Effects that are expected in addition to another where anything is missing: one finding in four has a second one.
@@ -177,6 +178,7 @@ struct Prepared {
     along_c: Rc<Mat<f64>>,
     /// The same of the model's basis, where its directions are not projected.
     along_q: Option<Mat<f64>>,
+    sizes: OnceCell<Sizes>,
 }
 
 /// Sufficient statistics in the space that the model leaves.
@@ -204,17 +206,15 @@ pub(crate) struct Score {
     gram: Vec<OnceCell<Rc<[f64]>>>,
     /// Remainders of one kernel that were made, each with its columns: many sets have the same best size.
     made: Vec<Rc<GivenRemainder>>,
-    /// What all sets share, by kernel and size.
-    sizes: RefCell<BTreeMap<(usize, u64), Rc<AtSize>>>,
     /// The others of the last cosine, and the inverse of their Gram matrix.
-    given: RefCell<(Vec<u16>, Option<Vec<f64>>)>,
+    given: RefCell<(Vec<u16>, Option<Vec<Vec<f64>>>)>,
     visited: Vec<Visited>,
     /// The place of each set among these.
-    places: HashMap<Rc<[u16]>, usize>,
+    places: HashMap<Rc<[u16]>, usize, BuildHasherDefault<Mixed>>,
     /// Sets, by place, that were nearly as probable as the best when they were visited, each with its kernel.
     near: Vec<(u16, usize)>,
-    /// Of each kernel and set whose integral over t was made that integral, without the prior of the kernel, and the best t.
-    integrated: BTreeMap<(u16, Rc<[u16]>), (f64, f64)>,
+    /// Of each kernel and set whose integral over t was made that integral, without the prior of the kernel, and the place of the best t.
+    integrated: BTreeMap<(u16, Rc<[u16]>), (f64, usize)>,
     /// Sets whose neighbours were looked at, each with the best of these: many starts lead to the same sets.
     expanded: BTreeMap<(u16, Rc<[u16]>), Vec<(f64, Vec<u16>)>>,
     /// Sets that have their evidence at their solution.
@@ -222,10 +222,36 @@ pub(crate) struct Score {
     pub best: f64,
 }
 
+/// Hash of a set, of which there are a million: words are multiplied by the golden ratio, of which all bits of a product depend (D. Knuth, The Art of Computer Programming, 6.4), and
+/// the last product is folded, since tables take low bits.
+#[derive(Default)]
+struct Mixed(u64);
+
+impl Hasher for Mixed {
+    fn write(&mut self, bytes: &[u8]) {
+        for part in bytes.chunks(8) {
+            let word = part.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
+            self.0 = (self.0.rotate_left(5) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        }
+    }
+
+    fn finish(&self) -> u64 {
+        self.0 ^ (self.0 >> 32)
+    }
+}
+
 /// A set that was visited, in order, and ln p with each kernel that it was visited with.
 struct Visited {
     set: Rc<[u16]>,
-    each: Vec<Valued>,
+    /// Most sets are visited with one kernel.
+    first: Valued,
+    others: Vec<Valued>,
+}
+
+impl Visited {
+    fn each(&self) -> impl Iterator<Item = &Valued> {
+        std::iter::once(&self.first).chain(&self.others)
+    }
 }
 
 /// ln p with one kernel.
@@ -258,7 +284,7 @@ impl Belief {
         match self.fixed {
             None => {
                 let root_mean_square = (size * size + variance).sqrt();
-                self.at(root_mean_square) / root_mean_square
+                self.odds / (root_mean_square * (1.0 + root_mean_square * self.absurd))
             }
             Some(fixed) => {
                 let exponent = -0.5 * (size - fixed).powi(2) / variance;
@@ -268,24 +294,46 @@ impl Belief {
     }
 }
 
-/// A set, and of each column the parts along its members, and what is left of it and of its product with the readings.
+/// A set, of each column the part along each of its members (one member after the other), and what is left of it and of its product with the readings.
+#[derive(Clone)]
 struct Further {
     state: State,
     h: Vec<f64>,
     left: Vec<(f64, f64)>,
 }
 
-impl Further {
-    fn of(state: State, remainder: &GivenRemainder) -> Self {
-        let (mut all, mut h) = (Vec::with_capacity(remainder.b.len() * state.set.len()), vec![]);
-        let left = (0..remainder.b.len()).map(|j| {
-            let left = parts(&state, remainder, j, &mut h);
-            all.extend_from_slice(&h);
-            left
-        });
-        let left = left.collect();
-        Further { state, h: all, left }
+/// A product of many factors by one logarithm for all that cannot leave the range of numbers together.
+struct Product {
+    ln: f64,
+    rest: f64,
+}
+
+impl Product {
+    fn of(first: f64) -> Self {
+        Product { ln: 0.0, rest: first }
     }
+
+    fn times(&mut self, factor: f64) {
+        if !(self.rest > 1e-100 && self.rest < 1e100) {
+            self.ln += self.rest.ln();
+            self.rest = 1.0;
+        }
+        self.rest *= factor;
+    }
+
+    fn ln(&self) -> f64 {
+        self.ln + self.rest.ln()
+    }
+}
+
+/// A column that may be enough to be kept with a set: its size, what is left of it, the variance of unit weight with it, and its ln p, what is believed of sizes apart.
+struct Enough {
+    j: usize,
+    size: f64,
+    d: f64,
+    s2: f64,
+    value: f64,
+    believed: Product,
 }
 
 #[derive(Clone)]
@@ -299,11 +347,11 @@ struct State {
     value: f64,
 }
 
-/// A kernel at one size; by default none.
+/// A kernel at the place of one of its sizes; by default none.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Remainder {
     kernel: usize,
-    t: f64,
+    place: usize,
 }
 
 /// A set with one remainder of one size: ln p, its sizes and their t, and the sum of squares that is left.
@@ -314,10 +362,15 @@ pub(crate) struct Solved {
     pub squares: f64,
 }
 
-/// One remainder of one size: `s = t^2 l/(1 + t^2 l)`, `S U'z`, what the model takes of its directions where they are not projected, `z' V^-1 z` and `ln|V|`.
+/// What all sets share of one kernel: its sizes, and of each direction (row) at each of them `s = t^2 l/(1 + t^2 l)`.
+struct Sizes {
+    t: Vec<f64>,
+    shrink: Mat<f64>,
+    each: Vec<AtSize>,
+}
+
+/// One remainder of one size: what the model takes of its directions where they are not projected, `z' V^-1 z` and `ln|V|`.
 struct AtSize {
-    shrink: Vec<f64>,
-    shrunk: Vec<f64>,
     reach: Option<Reach>,
     of_z: Vec<f64>,
     q: f64,
@@ -333,8 +386,9 @@ impl AtSize {
 /// All columns given one remainder of one size: `c_j' V^-1 z` and `c_j' V^-1 c_j`.
 struct GivenRemainder {
     kernel: usize,
-    t: f64,
-    at: Rc<AtSize>,
+    place: usize,
+    q: f64,
+    logdet: f64,
     b: Vec<f64>,
     d: Vec<f64>,
     /// Of each column, what the model takes.
@@ -392,7 +446,8 @@ impl Score {
         let b: Vec<f64> = (0..k).map(|j| dot(c.col(j), z.col(0))).collect();
         let none = Rc::new(Mat::zeros(0, k));
         let (lambda, along_z) = (vec![], vec![]);
-        let mut kernels = vec![Prepared { place: None, share: 0.0, lambda, along_z, along_c: none, along_q: None }];
+        let (sizes, along_q) = (OnceCell::new(), None);
+        let mut kernels = vec![Prepared { place: None, share: 0.0, lambda, along_z, along_c: none, along_q, sizes }];
         // what it does to a few vectors tells kernels that are alike
         let mut trial = Mat::from_fn(n, 8, |i, v| (12.9898 * (i + 1) as f64 * (v as f64 + 1.7)).sin());
         project(p.basis, &mut trial);
@@ -447,7 +502,8 @@ impl Score {
                 continue;
             }
             factors.push(does);
-            kernels.push(Prepared { place: Some(place), share: kernel.share(), lambda, along_z, along_c, along_q });
+            let (place, share, sizes) = (Some(place), kernel.share(), OnceCell::new());
+            kernels.push(Prepared { place, share, lambda, along_z, along_c, along_q, sizes });
         }
         let nu = (n - p.basis.ncols().min(n)) as f64;
         let mut norm: Vec<f64> = (0..k).map(|j| if visible[j] > 0.0 { 1.0 } else { 0.0 }).collect();
@@ -512,10 +568,9 @@ impl Score {
             kernels,
             gram: vec![OnceCell::new(); k],
             made: vec![],
-            sizes: RefCell::default(),
             given: RefCell::new((vec![], Some(vec![]))),
             visited: vec![],
-            places: HashMap::new(),
+            places: HashMap::default(),
             near: vec![],
             integrated: BTreeMap::new(),
             expanded: BTreeMap::new(),
@@ -555,36 +610,39 @@ impl Score {
         self.gram[m].get_or_init(|| (self.c.transpose() * self.c.col(m)).iter().copied().collect())
     }
 
-    fn shrink(&self, kernel: usize, t: f64) -> Vec<f64> {
-        self.kernels[kernel].lambda.iter().map(|l| t * t * l / (1.0 + t * t * l)).collect()
-    }
-
-    fn at_size(&self, kernel: usize, t: f64) -> Rc<AtSize> {
-        let mut sizes = self.sizes.borrow_mut();
-        let at = sizes.entry((kernel, t.to_bits())).or_insert_with(|| {
-            let (Prepared { lambda, along_z, along_q, .. }, shrink) = (&self.kernels[kernel], self.shrink(kernel, t));
-            let reach = along_q.as_ref().and_then(|along_q| Reach::new(along_q, &shrink));
-            let of_z = reach.as_ref().map_or_else(Vec::new, |reach| reach.of(along_z));
-            let shrunk: Vec<f64> = shrink.iter().zip(along_z).map(|(s, z)| s * z).collect();
-            let q = self.zz - product(&shrunk, along_z) - product(&of_z, &of_z);
-            let logdet = lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum::<f64>();
-            let logdet = logdet + reach.as_ref().map_or(0.0, |reach| reach.log_determinant());
-            Rc::new(AtSize { shrink, shrunk, reach, of_z, q, logdet })
-        });
-        Rc::clone(at)
+    fn sizes_of(&self, kernel: usize) -> &Sizes {
+        let Prepared { lambda, along_z, along_q, sizes, .. } = &self.kernels[kernel];
+        sizes.get_or_init(|| {
+            let steps = if kernel == 0 { 0 } else { (2.0 * self.settings.range() / 2f64.ln()).ceil() as usize };
+            let t: Vec<f64> = (0..=steps).map(|k| if kernel == 0 { 0.0 } else { 2f64.powf(0.5 * k as f64) }).collect();
+            let share = |l: f64, t: f64| t * t * l / (1.0 + t * t * l);
+            let shrink = Mat::from_fn(lambda.len(), t.len(), |i, place| share(lambda[i], t[place]));
+            let at = |(place, t): (usize, &f64)| {
+                let shrink = shrink.col_as_slice(place);
+                let reach = along_q.as_ref().and_then(|along_q| Reach::new(along_q, shrink));
+                let of_z = reach.as_ref().map_or_else(Vec::new, |reach| reach.of(along_z));
+                let shrunk: f64 = shrink.iter().zip(along_z).map(|(s, z)| s * z * z).sum();
+                let logdet = lambda.iter().map(|l| (1.0 + t * t * l).ln()).sum::<f64>();
+                let logdet = logdet + reach.as_ref().map_or(0.0, |reach| reach.log_determinant());
+                AtSize { q: self.zz - shrunk - product(&of_z, &of_z), logdet, reach, of_z }
+            };
+            let each = t.iter().enumerate().map(at).collect();
+            Sizes { t, shrink, each }
+        })
     }
 
     /// c_j' V^-1 c_m for all j.
     fn column(&self, remainder: &GivenRemainder, m: usize) -> Rc<[f64]> {
         let gram = self.cosines(m);
-        if remainder.at.shrink.is_empty() {
+        if remainder.kernel == 0 {
             return Rc::clone(gram);
         }
         if let Some(column) = remainder.columns.borrow().get(&m) {
             return Rc::clone(column);
         }
         let kernel = &self.kernels[remainder.kernel];
-        let w: Vec<f64> = remainder.at.shrink.iter().zip(kernel.along_c.col_as_slice(m)).map(|(d, a)| d * a).collect();
+        let shrink = self.sizes_of(remainder.kernel).shrink.col_as_slice(remainder.place);
+        let w: Vec<f64> = shrink.iter().zip(kernel.along_c.col_as_slice(m)).map(|(d, a)| d * a).collect();
         let taken = |j: usize| match (remainder.taken.get(j), remainder.taken.get(m)) {
             (Some(a), Some(b)) => product(a, b),
             _ => 0.0,
@@ -596,24 +654,25 @@ impl Score {
     }
 
     /// A remainder of one size; of one kernel they are kept.
-    fn at(&mut self, kernel: usize, t: f64) -> Rc<GivenRemainder> {
+    fn at(&mut self, kernel: usize, place: usize) -> Rc<GivenRemainder> {
         self.made.retain(|made| made.kernel == kernel);
-        if let Some(made) = self.made.iter().find(|made| made.t == t) {
+        if let Some(made) = self.made.iter().find(|made| made.place == place) {
             return Rc::clone(made);
         }
-        let made = Rc::new(self.make(kernel, t));
+        let made = Rc::new(self.make(Remainder { kernel, place }));
         self.made.push(Rc::clone(&made));
         made
     }
 
-    fn make(&self, kernel: usize, t: f64) -> GivenRemainder {
-        let (along_c, at) = (&self.kernels[kernel].along_c, self.at_size(kernel, t));
+    fn make(&self, Remainder { kernel, place }: Remainder) -> GivenRemainder {
+        let (Prepared { along_c, along_z, .. }, sizes) = (&self.kernels[kernel], self.sizes_of(kernel));
+        let (shrink, at) = (sizes.shrink.col_as_slice(place), &sizes.each[place]);
         let (mut b, mut d) = (self.b.clone(), self.norm.clone());
-        let mut shrunk = vec![0.0; at.shrink.len()];
-        for j in (0..b.len()).filter(|j| !at.shrink.is_empty() && self.norm[*j] > 0.0) {
+        let mut shrunk = vec![0.0; shrink.len()];
+        for j in (0..b.len()).filter(|j| kernel > 0 && self.norm[*j] > 0.0) {
             let along = along_c.col_as_slice(j);
-            shrunk.iter_mut().zip(along.iter().zip(&at.shrink)).for_each(|(v, (a, s))| *v = a * s);
-            b[j] -= product(along, &at.shrunk);
+            shrunk.iter_mut().zip(along.iter().zip(shrink)).for_each(|(v, (a, s))| *v = a * s);
+            b[j] -= product(along_z, &shrunk);
             d[j] -= product(along, &shrunk);
         }
         let mut taken = vec![];
@@ -625,7 +684,7 @@ impl Score {
             b.iter_mut().zip(&taken).for_each(|(b, taken)| *b -= product(taken, &at.of_z));
             d.iter_mut().zip(&taken).for_each(|(d, taken)| *d -= product(taken, taken));
         }
-        GivenRemainder { kernel, t, at, b, d, taken, columns: RefCell::default() }
+        GivenRemainder { kernel, place, q: at.q, logdet: at.logdet, b, d, taken, columns: RefCell::default() }
     }
 
     /// The odds of a column times the density of its size, but for the range: all sizes are drawn alike, absurd ones less and less.
@@ -695,24 +754,66 @@ impl Score {
         q.max(1e-14 * self.zz).max(f64::MIN_POSITIVE) / (self.nu - k as f64).max(1.0)
     }
 
-    fn state(&self, remainder: &GivenRemainder, set: &[u16]) -> Option<State> {
-        let mut state =
-            State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q: remainder.at.q, logdet: 0.0, value: 0.0 };
-        let mut h = vec![];
-        for m in set {
-            let j = *m as usize;
-            let (d, bb) = step(&state, remainder, j, &mut h)?;
-            extend(&mut state, &h, d, bb, *m);
-            let col = self.column(remainder, j);
-            state.g.push(col);
-        }
-        let s2 = self.sigma2(state.q, set.len());
-        let k = set.len();
+    fn value_of(&self, state: &State, remainder: &GivenRemainder) -> f64 {
+        let (set, k) = (&state.set, state.set.len());
+        let s2 = self.sigma2(state.q, k);
         let variance = |i: usize| s2 * state.inverse[i * k + i];
         let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, state.beta[i], variance(i)).ln()).sum();
-        let believed = believed + self.of_one_kind(set);
-        state.value = self.evidence(k, state.q, remainder.at.logdet, state.logdet, believed);
-        Some(state)
+        self.evidence(k, state.q, remainder.logdet, state.logdet, believed + self.of_one_kind(set))
+    }
+
+    /// A set with further members. With `r` what the set leaves of the products of a member's column with all, `d` of that with itself and `b` of that with the readings: the
+    /// parts along the member are `r/d`, and the set that has it takes `r r/d` of `d` and `r b/d` of `b`.
+    fn further(&self, mut of: Further, remainder: &GivenRemainder, set: &[u16]) -> Option<Further> {
+        let n = self.b.len();
+        for m in set.iter().filter(|m| !of.state.set.contains(m)).copied().collect::<Vec<_>>() {
+            let j = usize::from(m);
+            let (d, bb) = of.left[j];
+            if !is_left(remainder, j, d) {
+                return None;
+            }
+            let (column, h) =
+                (self.column(remainder, j), of.h.chunks_exact(n).map(|along| along[j]).collect::<Vec<_>>());
+            let mut own = column.to_vec();
+            for (g, h) in of.state.g.iter().zip(&h) {
+                own.iter_mut().zip(&**g).for_each(|(r, g)| *r -= h * g);
+            }
+            for ((left, product), r) in of.left.iter_mut().zip(&mut own) {
+                let part = *r / d;
+                (*left, *product, *r) = (*left - *r * part, *product - bb * part, part);
+            }
+            for (along, h) in of.h.chunks_exact_mut(n).zip(&h) {
+                along.iter_mut().zip(&own).for_each(|(along, part)| *along -= h * part);
+            }
+            of.h.extend(own);
+            extend(&mut of.state, &h, d, bb, m);
+            of.state.g.push(column);
+        }
+        of.state.value = self.value_of(&of.state, remainder);
+        Some(of)
+    }
+
+    /// A set, with all columns.
+    fn with_all(&self, remainder: &GivenRemainder, set: &[u16]) -> Option<Further> {
+        let left = remainder.d.iter().copied().zip(remainder.b.iter().copied()).collect();
+        let (q, logdet, value) = (remainder.q, 0.0, 0.0);
+        let state = State { set: vec![], g: vec![], inverse: vec![], beta: vec![], q, logdet, value };
+        self.further(Further { state, h: vec![], left }, remainder, set)
+    }
+
+    /// A set without one of its members: with `G` the inverse, `G - G_i G_i'/G_ii`, `b - G_i b_i/G_ii`, `q + b_i^2/G_ii`, `|G_S| G_ii`.
+    fn without(&self, state: &State, place: usize, remainder: &GivenRemainder) -> State {
+        let (k, own) = (state.set.len(), state.inverse[place * state.set.len() + place]);
+        let share = |l: usize| state.inverse[l * k + place] / own;
+        let mut less = state.clone();
+        let (_, _, beta) = (less.set.remove(place), less.g.remove(place), less.beta.remove(place));
+        let others: Vec<usize> = (0..k).filter(|l| *l != place).collect();
+        let at = |l: usize, m: usize| state.inverse[l * k + m] - share(l) * state.inverse[m * k + place];
+        less.inverse = others.iter().flat_map(|l| others.iter().map(|m| at(*l, *m))).collect();
+        less.beta.iter_mut().zip(&others).for_each(|(b, l)| *b -= share(*l) * beta);
+        (less.q, less.logdet) = (state.q + beta * beta / own, state.logdet + own.ln());
+        less.value = self.value_of(&less, remainder);
+        less
     }
 
     /// ln p of a set with one member more, for all of them, or where a member is left out, of that set (`reduced`): of the parts `h` along the set, and what is
@@ -724,27 +825,28 @@ impl Score {
         remainder: &GivenRemainder,
         least: f64,
     ) -> Vec<f64> {
-        let (all, state) = (of.state.set.len(), left_out.map_or(&of.state, |(_, reduced)| reduced));
+        let (n, all) = (self.b.len(), of.state.set.len());
+        let state = left_out.map_or(&of.state, |(_, reduced)| reduced);
+        let part = |place: usize| &of.h[place * n..(place + 1) * n];
+        let of_out = left_out.map(|(i, _)| (i, part(i), of.state.inverse[i * all + i]));
         let k = state.set.len();
         let least_q = (1e-14 * self.zz).max(f64::MIN_POSITIVE);
         let of_q = |q: f64| if self.known { q } else { q.max(least_q).ln() };
         let own_q = of_q(state.q);
         let before = self.of_one_kind(&state.set);
-        let volume = self.volume(k + 1) + before - 0.5 * (state.logdet + remainder.at.logdet);
+        let volume = self.volume(k + 1) + before - 0.5 * (state.logdet + remainder.logdet);
         let there: Vec<u16> =
             state.set.iter().flat_map(|j| self.kinds[*j as usize].iter().map(|(kind, _)| *kind)).collect();
-        let value = |j: usize| {
-            if self.norm[j] == 0.0 || state.set.contains(&(j as u16)) || !self.prior[j].is_finite() {
-                return f64::NEG_INFINITY;
-            }
-            let along = &of.h[j * all..(j + 1) * all];
+        let mut open: Vec<bool> = (0..n).map(|j| self.norm[j] > 0.0 && self.prior[j].is_finite()).collect();
+        state.set.iter().for_each(|j| open[usize::from(*j)] = false);
+        let enough = |j: usize| {
             let (mut d, mut bb) = of.left[j];
-            if let Some((i, _)) = left_out {
-                let part = along[i] / of.state.inverse[i * all + i];
-                (d, bb) = (d + along[i] * part, bb + part * of.state.beta[i]);
+            if let Some((i, along, inverse)) = of_out {
+                let part = along[j] / inverse;
+                (d, bb) = (d + along[j] * part, bb + part * of.state.beta[i]);
             }
             if !is_left(remainder, j, d) {
-                return f64::NEG_INFINITY;
+                return None;
             }
             let q = state.q - bb * bb / d;
             // a kind that the set does not have joins nothing
@@ -754,41 +856,34 @@ impl Score {
             let bound = state.value + self.prior[j] + joins + 2.0;
             let most = if self.known { state.q - q } else { state.q / q.max(least_q) - 1.0 };
             if bound + self.per_q(k) * most < least {
-                return f64::NEG_INFINITY;
+                return None;
             }
             let ln_q = of_q(q);
             if bound + self.per_q(k) * (own_q - ln_q) < least {
-                return f64::NEG_INFINITY;
+                return None;
             }
-            let s2 = self.sigma2(q, k + 1);
-            let bj = bb / d;
-            // one logarithm for all that cannot underflow together
-            let (mut ln, mut product) = (0.0, self.likely(j, bj, s2 / d) / d.sqrt());
-            for (l, place) in (0..all).filter(|l| left_out.is_none_or(|(i, _)| i != *l)).enumerate() {
-                let gone =
-                    |(i, _): (usize, _)| along[i] * of.state.inverse[place * all + i] / of.state.inverse[i * all + i];
-                let h = along[place] - left_out.map_or(0.0, gone);
-                let bi = state.beta[l] - h * bj;
-                let u = state.inverse[l * k + l] + h * h / d;
-                // before the product leaves the range of numbers
-                if !(product > 1e-100 && product < 1e100) {
-                    ln += product.ln();
-                    product = 1.0;
-                }
-                product *= self.likely(state.set[l] as usize, bi, s2 * u);
-            }
-            volume + joins + ln + product.ln() - self.per_q(k + 1) * ln_q
+            let (size, s2) = (bb / d, self.sigma2(q, k + 1));
+            let value = volume + joins - self.per_q(k + 1) * ln_q;
+            Some(Enough { j, size, d, s2, value, believed: Product::of(self.likely(j, size, s2 / d) / d.sqrt()) })
         };
-        (0..self.b.len()).map(value).collect()
+        let mut enough: Vec<Enough> = (0..n).filter(|j| open[*j]).filter_map(enough).collect();
+        for (l, place) in (0..all).filter(|place| left_out.is_none_or(|(i, _)| i != *place)).enumerate() {
+            let (along, member) = (part(place), state.set[l] as usize);
+            let (beta, inverse) = (state.beta[l], state.inverse[l * k + l]);
+            let gone = of_out.map(|(i, along, own)| (along, of.state.inverse[place * all + i] / own));
+            for own in &mut enough {
+                let h = along[own.j] - gone.map_or(0.0, |(along, share)| along[own.j] * share);
+                let (size, variance) = (beta - h * own.size, own.s2 * (inverse + h * h / own.d));
+                own.believed.times(self.likely(member, size, variance));
+            }
+        }
+        let mut values = vec![f64::NEG_INFINITY; n];
+        enough.into_iter().for_each(|own| values[own.j] = own.value + own.believed.ln());
+        values
     }
 
-    fn grid(&self) -> Vec<f64> {
-        let n = (2.0 * self.settings.range() / 2f64.ln()).ceil() as usize;
-        (0..=n).map(|k| 2f64.powf(0.5 * k as f64)).collect()
-    }
-
-    /// ln of the integral over t, and the best t; it replaces an approximation at another t.
-    fn integral(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
+    /// ln of the integral over t, and the place of the best t; it replaces an approximation at another t.
+    fn integral(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, usize)> {
         let key = key(kernel, set);
         if let Some(known) = self.integrated.get(&key) {
             return Some(*known);
@@ -805,20 +900,22 @@ impl Score {
 
     /// A set in order, with its ln p: what is settled replaces what is not; of others the largest counts.
     fn visit(&mut self, kernel: usize, set: &[u16], value: f64, is_settled: bool) {
-        let place = self.places.get(set).copied().unwrap_or_else(|| {
-            let set: Rc<[u16]> = set.into();
-            self.visited.push(Visited { set: Rc::clone(&set), each: Vec::with_capacity(1) });
-            let _none = self.places.insert(set, self.visited.len() - 1);
-            self.visited.len() - 1
-        });
-        let each = &mut self.visited[place].each;
-        match each.iter_mut().find(|valued| usize::from(valued.kernel) == kernel) {
-            Some(known) if known.is_settled && !is_settled => return,
-            Some(known) => {
-                known.value = if is_settled { value } else { known.value.max(value) };
-                known.is_settled |= is_settled;
+        let valued = Valued { kernel: kernel as u16, is_settled, value };
+        let place = self.places.get(set).copied().unwrap_or(self.visited.len());
+        if let Some(Visited { first, others, .. }) = self.visited.get_mut(place) {
+            let known = std::iter::once(first).chain(&mut *others).find(|known| known.kernel == valued.kernel);
+            match known {
+                Some(known) if known.is_settled && !is_settled => return,
+                Some(known) => {
+                    known.value = if is_settled { value } else { known.value.max(value) };
+                    known.is_settled |= is_settled;
+                }
+                None => others.push(valued),
             }
-            None => each.push(Valued { kernel: kernel as u16, is_settled, value }),
+        } else {
+            let set: Rc<[u16]> = set.into();
+            let _none = self.places.insert(Rc::clone(&set), place);
+            self.visited.push(Visited { set, first: valued, others: vec![] });
         }
         if value > self.best - ALIAS {
             self.near.push((kernel as u16, place));
@@ -827,19 +924,19 @@ impl Score {
 
     /// ln p of a set that was visited with a kernel, by place.
     fn visited_with(&self, kernel: u16, place: usize) -> f64 {
-        let each = self.visited[place].each.iter();
+        let each = self.visited[place].each();
         each.filter(|valued| valued.kernel == kernel).fold(f64::NEG_INFINITY, |_, valued| valued.value)
     }
 
-    fn integrate(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, f64)> {
+    fn integrate(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, usize)> {
         if kernel == 0 {
-            let remainder = self.at(0, 0.0);
-            return Some((self.state(&remainder, set)?.value, 0.0));
+            let remainder = self.at(0, 0);
+            return Some((self.with_all(&remainder, set)?.state.value, 0));
         }
-        let (mut best, mut at, mut values) = (f64::NEG_INFINITY, 0.0, vec![]);
-        for (t, value, _) in self.profile(kernel, set)? {
+        let (mut best, mut at, mut values) = (f64::NEG_INFINITY, 0, vec![]);
+        for (place, Solved { value, .. }) in self.profile(kernel, set)?.into_iter().enumerate() {
             if value > best {
-                (best, at) = (value, t);
+                (best, at) = (value, place);
             }
             values.push(value);
         }
@@ -848,18 +945,9 @@ impl Score {
         Some((best + (sum * width).ln(), at))
     }
 
-    /// ln p of a set at each size `t` of a remainder, and the variance of unit weight there.
-    fn profile(&self, kernel: usize, set: &[u16]) -> Option<Vec<(f64, f64, f64)>> {
-        let sizes = if kernel == 0 { vec![0.0] } else { self.grid() };
-        let at_size = |t: f64| {
-            // only what the set needs
-            let Solved { value, squares: q, .. } = self.solved(Remainder { kernel, t }, set)?;
-            let free = self.nu - set.len() as f64 - 2.0;
-            // the mean of an inverse gamma distribution; of two degrees of freedom and fewer there is none
-            let variance = if self.known { 1.0 } else { q / if free > 0.5 { free } else { 0.5 } };
-            Some((t, value, variance))
-        };
-        sizes.into_iter().map(at_size).collect()
+    /// A set at each size of a remainder.
+    fn profile(&self, kernel: usize, set: &[u16]) -> Option<Vec<Solved>> {
+        self.solved_at(kernel, 0..self.sizes_of(kernel).t.len(), set)
     }
 
     /// The random effects given a set: each kernel of the bank, or none, at each size with its probability and the variance of unit weight.
@@ -868,8 +956,12 @@ impl Score {
         for kernel in 0..self.kernels.len() {
             let (prior, place) = (self.prior_of(kernel, set), self.kernels[kernel].place);
             let width = if kernel == 0 { 1.0 } else { 0.5 * 2f64.ln() / self.settings.range() };
-            for (t, value, variance) in self.profile(kernel, set).unwrap_or_default() {
-                let probability = value + prior + f64::ln(width);
+            let free = self.nu - set.len() as f64 - 2.0;
+            // the mean of an inverse gamma distribution; of two degrees of freedom and fewer there is none
+            let variance = |q: f64| if self.known { 1.0 } else { q / if free > 0.5 { free } else { 0.5 } };
+            let profile = self.profile(kernel, set).unwrap_or_default();
+            for (t, Solved { value, squares, .. }) in self.sizes_of(kernel).t.iter().zip(profile) {
+                let (probability, variance) = (value + prior + f64::ln(width), variance(squares));
                 deviations.push(Deviation { kernel: place, ratio: t * t, variance, probability });
             }
         }
@@ -881,8 +973,8 @@ impl Score {
 
     /// Twice what a kernel of the bank adds to ln p of a set at its best size, before anything is believed of kernels.
     pub fn gain(&self, place: usize, set: &[u16]) -> f64 {
-        let most = |profile: Option<Vec<(f64, f64, f64)>>| {
-            profile.unwrap_or_default().iter().fold(f64::NEG_INFINITY, |most, (_, value, _)| most.max(*value))
+        let most = |profile: Option<Vec<Solved>>| {
+            profile.unwrap_or_default().iter().fold(f64::NEG_INFINITY, |most, solved| most.max(solved.value))
         };
         let Some(kernel) = self.kernels.iter().position(|kernel| kernel.place == Some(place)) else { return 0.0 };
         2.0 * (most(self.profile(kernel, set)) - most(self.profile(0, set)))
@@ -897,42 +989,60 @@ impl Score {
         all.split_first().map_or(f64::NEG_INFINITY, |(none, others)| log_sum(others) - none)
     }
 
-    /// One set, solved with nothing but what it needs; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
-    pub fn solved(&self, Remainder { kernel, t }: Remainder, set: &[u16]) -> Option<Solved> {
-        let (along_c, at) = (&self.kernels[kernel].along_c, self.at_size(kernel, t));
+    /// One set given one remainder.
+    pub fn solved(&self, Remainder { kernel, place }: Remainder, set: &[u16]) -> Option<Solved> {
+        self.solved_at(kernel, place..place + 1, set)?.pop()
+    }
+
+    /// One set at some sizes, solved with nothing but what it needs; the t of its members are `b_j / (s (G_S^-1)_jj^1/2)`.
+    /// With `G_S = L L'`: `(G_S^-1)_jj` is the square of a column of `L^-1`, and `q = z'V^-1 z - |L^-1 C'V^-1 z|^2`.
+    fn solved_at(&self, kernel: usize, places: Range<usize>, set: &[u16]) -> Option<Vec<Solved>> {
+        let (Prepared { along_c, along_z, .. }, sizes) = (&self.kernels[kernel], self.sizes_of(kernel));
         let k = set.len();
-        let along = |m: u16| along_c.col_as_slice(usize::from(m));
-        let of_set: Vec<Vec<f64>> = set.iter().map(|m| at.taken(along(*m))).collect();
-        let mut g = vec![0.0; k * k];
-        let mut b = vec![0.0; k];
-        for (x, m) in set.iter().enumerate() {
-            let c: Vec<f64> = at.shrink.iter().zip(along(*m)).map(|(s, a)| s * a).collect();
-            b[x] = self.b[*m as usize] - product(&at.shrunk, along(*m)) - product(&of_set[x], &at.of_z);
-            for (y, o) in set.iter().enumerate().take(x + 1) {
-                let both =
-                    self.cosines(*m as usize)[*o as usize] - product(&c, along(*o)) - product(&of_set[x], &of_set[y]);
-                (g[x * k + y], g[y * k + x]) = (both, both);
-            }
+        // the readings last
+        let along: Vec<&[f64]> =
+            set.iter().map(|m| along_c.col_as_slice(usize::from(*m))).chain([&along_z[..]]).collect();
+        // direction by direction the products of all pairs: that of x and y, y <= x, at x (x + 1) / 2 + y
+        let mut products = Mat::<f64>::zeros(along_z.len(), (k + 1) * (k + 2) / 2 - 1);
+        let pairs = (0..=k).flat_map(|x| (0..=x).map(move |y| (x, y)));
+        for ((x, y), column) in pairs.zip(products.col_iter_mut()) {
+            column.iter_mut().zip(along[x].iter().zip(along[y])).for_each(|(v, (a, b))| *v = a * b);
         }
-        let (inverse, logdet) = invert(&g, k)?;
-        let beta: Vec<f64> = (0..k).map(|i| (0..k).map(|j| inverse[i * k + j] * b[j]).sum()).collect();
-        let q = at.q - beta.iter().zip(&b).map(|(a, b)| a * b).sum::<f64>();
-        let s2 = self.sigma2(q, k);
-        let variances: Vec<f64> = (0..k).map(|i| (s2 * inverse[i * k + i]).max(f64::MIN_POSITIVE)).collect();
-        let believed: f64 = (0..k).map(|i| self.likely(set[i] as usize, beta[i], variances[i]).ln()).sum();
-        let believed = believed + self.of_one_kind(set);
-        let t = beta.iter().zip(&variances).map(|(size, variance)| size / variance.sqrt()).collect();
-        Some(Solved { value: self.evidence(k, q, at.logdet, logdet, believed), sizes: beta, t, squares: q })
+        let shrunk = products.transpose() * sizes.shrink.subcols(places.start, places.len());
+        let gram: Vec<&Rc<[f64]>> = set.iter().map(|m| self.cosines(usize::from(*m))).collect();
+        let (of_kind, mut all) = (self.of_one_kind(set), Vec::with_capacity(places.len()));
+        for (at, shrunk) in sizes.each[places].iter().zip(shrunk.col_iter()) {
+            let taken: Vec<Vec<f64>> = along[..k].iter().map(|along| at.taken(along)).collect();
+            let less = |x: usize, y: usize| shrunk[x * (x + 1) / 2 + y];
+            let entry = |x: usize, y: usize| gram[x][usize::from(set[y])] - less(x, y) - product(&taken[x], &taken[y]);
+            let lower = Triangle::of(k, entry, |_| 0.0)?;
+            let own = |y: usize| self.b[usize::from(set[y])] - less(k, y) - product(&taken[y], &at.of_z);
+            let mut turned: Vec<f64> = (0..k).map(own).collect();
+            lower.forward(&mut turned);
+            let q = at.q - product(&turned, &turned);
+            let s2 = self.sigma2(q, k);
+            let (mut sizes, mut t, mut believed) = (Vec::with_capacity(k), Vec::with_capacity(k), Product::of(1.0));
+            for (j, column) in set.iter().zip(lower.inverse_columns()) {
+                let size = product(&column, &turned);
+                let variance = (s2 * product(&column, &column)).max(f64::MIN_POSITIVE);
+                believed.times(self.likely(usize::from(*j), size, variance));
+                sizes.push(size);
+                t.push(size / variance.sqrt());
+            }
+            let value = self.evidence(k, q, at.logdet, lower.log_determinant(), of_kind + believed.ln());
+            all.push(Solved { value, sizes, t, squares: q });
+        }
+        Some(all)
     }
 
     /// The most probable remainder given a set.
     pub fn foremost(&mut self, set: &[u16]) -> Remainder {
         let (_, sorted) = key(0, set);
-        let each = self.places.get(&sorted).map_or(&[][..], |place| &self.visited[*place].each);
+        let each = self.places.get(&sorted).into_iter().flat_map(|place| self.visited[*place].each());
         let most = |best: &'_ Valued, next: &'_ Valued| (next.value, next.kernel) > (best.value, best.kernel);
-        let best = each.iter().reduce(|best, next| if most(best, next) { next } else { best });
+        let best = each.reduce(|best, next| if most(best, next) { next } else { best });
         let best = best.map_or(0, |valued| usize::from(valued.kernel));
-        Remainder { kernel: best, t: self.integral(best, set).map_or(0.0, |(_, t)| t) }
+        Remainder { kernel: best, place: self.integral(best, set).map_or(0, |(_, place)| place) }
     }
 
     /// Degrees of freedom of the t of a set of so many; infinite where the noise is known.
@@ -942,17 +1052,19 @@ impl Score {
 
     /// The one of some further candidates that has the largest t given a remainder and a set, and that t.
     pub fn strongest(&self, at: Remainder, set: &[u16], wanted: impl Fn(usize) -> bool) -> Option<(usize, f64)> {
-        let remainder = self.make(at.kernel, at.t);
+        let remainder = self.make(at);
         let standing: Vec<u16> = set.iter().map(|j| self.standing(usize::from(*j))).collect::<Option<_>>()?;
-        let state = self.state(&remainder, &standing)?;
-        let mut h = vec![];
+        let Further { state, left, .. } = self.with_all(&remainder, &standing)?;
         let further =
             (0..self.alike.len()).filter(|j| !standing.contains(&(*j as u16)) && self.dof(set.len() + 1) >= 1.0);
         let t_of = |j: usize| {
             let candidate = self.alike[j].iter().map(|i| usize::from(*i)).find(|i| wanted(*i))?;
-            let (d, bb) = step(&state, &remainder, j, &mut h)?;
+            let (d, bb) = left[j];
+            if !is_left(&remainder, j, d) {
+                return None;
+            }
             let t = bb / (d * self.sigma2(state.q - bb * bb / d, set.len() + 1)).sqrt();
-            Some((candidate, t * self.cosines(j)[candidate].signum()))
+            Some((candidate, t * product(self.c.col_as_slice(j), self.c.col_as_slice(candidate)).signum()))
         };
         further.filter_map(t_of).reduce(|best, next| if next.1.abs() > best.1.abs() { next } else { best })
     }
@@ -1016,12 +1128,12 @@ impl Score {
 
     /// The best that one addition, exchange or omission makes of a set, each with its value at the best t of the set; all of it is recorded.
     fn neighbours(&mut self, kernel: usize, set: &[u16]) -> Option<(f64, Vec<(f64, Vec<u16>)>)> {
-        let (integral, t) = self.integral(kernel, set)?;
+        let (integral, size) = self.integral(kernel, set)?;
         if let Some(best) = self.expanded.get(&key(kernel, set)) {
             return Some((integral, best.clone()));
         }
-        let remainder = self.at(kernel, t);
-        let of = Further::of(self.state(&remainder, set)?, &remainder);
+        let remainder = self.at(kernel, size);
+        let of = self.with_all(&remainder, set)?;
         let shift = integral - of.state.value;
         let mut options: Vec<(f64, Vec<u16>)> = vec![];
         let consider = |options: &mut Vec<(f64, Vec<u16>)>, values: &[f64], of: &[u16]| {
@@ -1039,9 +1151,8 @@ impl Score {
             consider(&mut options, &values, set);
         }
         for place in 0..set.len() {
-            let mut less = set.to_vec();
-            let _gone = less.remove(place);
-            let Some(reduced) = self.state(&remainder, &less) else { continue };
+            let reduced = self.without(&of.state, place, &remainder);
+            let less = reduced.set.clone();
             self.record(kernel, &key(kernel, &less).1, reduced.value + shift);
             let values = self.additions(&of, Some((place, &reduced)), &remainder, least(self));
             self.record_all(kernel, &less, &values, (shift, KEPT));
@@ -1161,18 +1272,18 @@ impl Score {
     }
 
     /// The best sets with one effect more than some sets have, the best first: so many that the first effect of each need not be in the best set.
-    /// Remainders have the size that they have given `at`.
+    /// Remainders have the size that they have given `at`, which all sets contain.
     fn longer(&mut self, kernel: usize, at: &[u16], sets: Vec<Vec<u16>>) -> Vec<Vec<u16>> {
-        let Some((integral, t)) = self.integral(kernel, at) else { return vec![] };
-        let remainder = self.at(kernel, t);
-        let Some(start) = self.state(&remainder, at) else { return vec![] };
-        let shift = integral - start.value;
+        let Some((integral, size)) = self.integral(kernel, at) else { return vec![] };
+        let remainder = self.at(kernel, size);
+        let Some(start) = self.with_all(&remainder, at) else { return vec![] };
+        let shift = integral - start.state.value;
         let mut longer: Vec<(f64, Vec<u16>)> = vec![];
         for set in sets {
-            let Some(state) = self.state(&remainder, &set) else { continue };
+            let Some(of) = self.further(start.clone(), &remainder, &set) else { continue };
             let least = if longer.len() < BEAM { f64::NEG_INFINITY } else { longer[BEAM - 1].0 };
             let record = self.best - GROWN - self.kernel_prior(kernel) - shift;
-            let values = self.additions(&Further::of(state, &remainder), None, &remainder, least.min(record));
+            let values = self.additions(&of, None, &remainder, least.min(record));
             self.record_all(kernel, &set, &values, (shift, GROWN));
             for (j, value) in values.iter().enumerate().filter(|(_, value)| **value > least) {
                 let mut next = [&set[..], &[j as u16]].concat();
@@ -1283,12 +1394,11 @@ impl Score {
     ) -> Vec<Option<(f64, f64)>> {
         let scale = self.nu.sqrt();
         let width = 0.5 * 2f64.ln() / self.settings.range();
-        let sizes = self.grid();
         // each remainder of each size: its kernel, its weights, what of ln p no effect changes, and sum w n^2 of each noise
-        let remainders: Vec<(usize, Vec<f64>, f64, Vec<f64>)> = (1..self.kernels.len())
-            .flat_map(|kernel| sizes.iter().map(move |x| (kernel, *x)))
-            .map(|(kernel, x)| {
-                let (at, weights) = (&self.kernels[kernel], self.shrink(kernel, x));
+        let remainders: Vec<(usize, &[f64], f64, Vec<f64>)> = (1..self.kernels.len())
+            .flat_map(|kernel| self.sizes_of(kernel).t.iter().enumerate().map(move |(place, x)| (kernel, place, x)))
+            .map(|(kernel, place, x)| {
+                let (at, weights) = (&self.kernels[kernel], self.sizes_of(kernel).shrink.col_as_slice(place));
                 let volume: f64 = at.lambda.iter().map(|l| (1.0 + x * x * l).ln()).sum();
                 let square = |column: usize| {
                     let along = weights.iter().zip(at.along_c.col_as_slice(column));
@@ -1303,10 +1413,10 @@ impl Score {
             let first = usize::from(self.standing(*candidate)?);
             let along = Rc::clone(self.cosines(first));
             // of each remainder sum w p^2, and sum w p n of each noise
-            let crossed = |(kernel, weights, ..): &(usize, Vec<f64>, f64, Vec<f64>)| {
+            let crossed = |(kernel, weights, ..): &(usize, &[f64], f64, Vec<f64>)| {
                 let columns = &self.kernels[*kernel].along_c;
                 let effect = columns.col_as_slice(first);
-                let weighted: Vec<f64> = effect.iter().zip(weights).map(|(p, w)| p * w).collect();
+                let weighted: Vec<f64> = effect.iter().zip(*weights).map(|(p, w)| p * w).collect();
                 let with = noise.clone().map(|column| scale * product(&weighted, columns.col_as_slice(column)));
                 (product(&weighted, effect), with.collect::<Vec<f64>>())
             };
@@ -1376,8 +1486,8 @@ impl Score {
 
     /// For each set visited the sum of p over its kernels, in that of the best.
     fn marginal(&self) -> Vec<(f64, Rc<[u16]>)> {
-        let sum = |each: &[Valued]| each.iter().map(|valued| (valued.value - self.best).exp()).sum();
-        self.visited.iter().map(|visited| (sum(&visited.each), Rc::clone(&visited.set))).collect()
+        let sum = |visited: &Visited| visited.each().map(|valued| (valued.value - self.best).exp()).sum();
+        self.visited.iter().map(|visited| (sum(visited), Rc::clone(&visited.set))).collect()
     }
 
     /// Do two explanations that differ by so much (ln) stand in each other's place? Of what is hardly seen only columns that are alike do.
@@ -1393,12 +1503,12 @@ impl Score {
         let k = others.len();
         let mut last = self.given.borrow_mut();
         if last.0 != others {
-            let gram: Vec<f64> = given.iter().flat_map(|row| others.iter().map(|j| row[*j as usize])).collect();
-            *last = (others.to_vec(), invert(&gram, k).map(|(inverse, _)| inverse));
+            let gram = |i: usize, l: usize| given[i][usize::from(others[l])];
+            *last = (others.to_vec(), Triangle::of(k, gram, |_| 0.0).map(|lower| lower.inverse()));
         }
         let Some(inverse) = &last.1 else { return 0.0 };
         let along = |x: u16, y: u16| -> f64 {
-            let pair = |i: usize, l: usize| given[i][x as usize] * inverse[i * k + l] * given[l][y as usize];
+            let pair = |i: usize, l: usize| given[i][x as usize] * inverse[i][l] * given[l][y as usize];
             (0..k).flat_map(|i| (0..k).map(move |l| (i, l))).map(|(i, l)| pair(i, l)).sum()
         };
         let (left, right) = (1.0 - along(a, a), 1.0 - along(b, b));
@@ -1417,12 +1527,12 @@ impl Score {
         sets.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| a.1.cmp(&b.1)));
         let mut kernels = vec![0.0; self.kernels.len()];
         let mut alone = vec![0.0; self.settings.most + 1];
-        for Visited { set, each } in &self.visited {
-            for valued in each {
+        for visited in &self.visited {
+            for valued in visited.each() {
                 let p = (valued.value - self.best).exp() / total;
                 kernels[usize::from(valued.kernel)] += p;
                 if valued.kernel == 0
-                    && let Some(share) = alone.get_mut(self.effects(set))
+                    && let Some(share) = alone.get_mut(self.effects(&visited.set))
                 {
                     *share += p;
                 }
@@ -1431,6 +1541,7 @@ impl Score {
         let nothing = self.places.get(&[][..]).map_or(f64::NEG_INFINITY, |place| self.visited_with(0, *place));
         let nothing = (nothing - self.best).exp() / total;
         let mut classes: Vec<Class> = vec![];
+        let mut in_class = vec![false; self.alike.len()];
         // many that stand in each other's place share what one without them has: not only the best set tells what is probable
         let least = sets.first().map_or(0.0, |(top, _)| top * (-ALIAS).exp());
         let sizes: Vec<Vec<f64>> = sets.iter().take(TOLD).map(|(_, set)| self.sizes(set)).collect();
@@ -1462,17 +1573,31 @@ impl Score {
                         class.push((j, p));
                     }
                 }
+                // of further sets only what is in no class yet; members of the best set are different effects
+                let is_known = |class: &[(u16, f64)]| order > 0 && class.iter().any(|(j, _)| in_class[usize::from(*j)]);
+                if is_known(&class) {
+                    continue;
+                }
                 let mut is_member = vec![false; self.alike.len()];
                 class.iter().for_each(|(j, _)| is_member[usize::from(*j)] = true);
-                let mut nearly: Vec<(u16, f64)> = Vec::new();
+                // many sets have the same further member
+                let mut is_other: Vec<Option<bool>> = vec![None; self.alike.len()];
                 for (p, other) in sets.iter().take_while(|(p, _)| *p >= *top * 1e-4) {
-                    if other.iter().any(|j| is_member[usize::from(*j)] || nearly.iter().any(|(i, _)| i == j)) {
+                    if other.iter().any(|j| is_member[usize::from(*j)]) {
                         continue;
                     }
-                    let extra = other.iter().copied().filter(|j| !set.contains(j));
-                    nearly.extend(extra.filter(|j| self.cosine(&less, member, *j) >= NEARLY).map(|j| (j, *p)));
+                    for j in other.iter().copied().filter(|j| !set.contains(j)) {
+                        let other = &mut is_other[usize::from(j)];
+                        if !*other.get_or_insert_with(|| self.cosine(&less, member, j) < NEARLY) {
+                            is_member[usize::from(j)] = true;
+                            class.push((j, *p));
+                        }
+                    }
                 }
-                class.extend(nearly);
+                if is_known(&class) {
+                    continue;
+                }
+                class.iter().for_each(|(j, _)| in_class[usize::from(*j)] = true);
                 let each = |(j, p): &(u16, f64)| {
                     let (j, p) = (*j, *p);
                     let all = self.odds(j, size);
@@ -1480,13 +1605,6 @@ impl Score {
                     self.odds_at(j, size).map(one)
                 };
                 let mut members: Vec<Member> = class.iter().flat_map(each).collect();
-                // of further sets only what is in no class yet; members of the best set are different effects
-                let is_known =
-                    |class: &Class| class.members.iter().any(|a| members.iter().any(|b| a.candidate == b.candidate));
-                if order > 0 && classes.iter().any(is_known) {
-                    continue;
-                }
-                class.iter().for_each(|(j, _)| is_member[usize::from(*j)] = true);
                 let with = self.visited.iter().zip(&sums);
                 let with = with.filter(|(visited, _)| visited.set.iter().any(|j| is_member[usize::from(*j)]));
                 let probability = (with.map(|(_, sum)| *sum).sum::<f64>() / total).min(1.0);
@@ -1510,7 +1628,7 @@ impl Score {
             }
             let _first = self.overruled.insert(set);
         }
-        let values = self.visited.iter().flat_map(|visited| &visited.each).map(|valued| valued.value);
+        let values = self.visited.iter().flat_map(Visited::each).map(|valued| valued.value);
         self.best = values.fold(f64::NEG_INFINITY, f64::max);
     }
 
@@ -1642,25 +1760,9 @@ pub(crate) struct Posterior {
     pub alone: Vec<f64>,
 }
 
-/// The part of a further column along each of a set's (written), and what is left of it and of its product with the readings.
-fn parts(state: &State, remainder: &GivenRemainder, j: usize, h: &mut Vec<f64>) -> (f64, f64) {
-    let k = state.set.len();
-    h.clear();
-    let along = |row: &[f64]| row.iter().zip(&state.g).map(|(a, g)| a * g[j]).sum::<f64>();
-    h.extend(state.inverse.chunks_exact(k.max(1)).map(along));
-    let d = remainder.d[j] - state.g.iter().zip(&*h).map(|(g, b)| g[j] * b).sum::<f64>();
-    let bb = remainder.b[j] - state.g.iter().zip(&state.beta).map(|(g, b)| g[j] * b).sum::<f64>();
-    (d, bb)
-}
-
 /// Is enough left of a column for it to be another?
 fn is_left(remainder: &GivenRemainder, j: usize, d: f64) -> bool {
     d > 1e-4 * remainder.d[j] && d > 1e-12
-}
-
-/// The same where enough is left.
-fn step(state: &State, remainder: &GivenRemainder, j: usize, h: &mut Vec<f64>) -> Option<(f64, f64)> {
-    Some(parts(state, remainder, j, h)).filter(|(d, _)| is_left(remainder, j, *d))
 }
 
 fn extend(state: &mut State, h: &[f64], d: f64, bb: f64, m: u16) {
@@ -1681,17 +1783,4 @@ fn extend(state: &mut State, h: &[f64], d: f64, bb: f64, m: u16) {
     state.q -= bb * bj;
     state.logdet += d.ln();
     state.set.push(m);
-}
-
-fn invert(g: &[f64], k: usize) -> Option<(Vec<f64>, f64)> {
-    if k == 0 {
-        return Some((vec![], 0.0));
-    }
-    let m = Mat::from_fn(k, k, |i, j| g[i * k + j]);
-    let llt = m.llt(Side::Lower).ok()?;
-    let l = llt.L();
-    let logdet = (0..k).map(|i| 2.0 * l[(i, i)].ln()).sum();
-    let inverse = llt.solve(Mat::<f64>::identity(k, k));
-    let out = (0..k).flat_map(|i| (0..k).map(move |j| (i, j))).map(|at| inverse[at]).collect();
-    Some((out, logdet))
 }

@@ -355,15 +355,20 @@ impl Fit {
 /// # Ok::<(), tumble::error::Malformed>(())
 /// ```
 pub fn fit(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
-    of(Cow::Borrowed(campaign), settings)
+    of(Cow::Borrowed(campaign), settings, true)
 }
 
 /// The same without a second copy of the readings. Errors: those of [`fit`].
 pub fn fit_owned(campaign: Campaign, settings: &Settings) -> Result<Fit> {
-    of(Cow::Owned(campaign), settings)
+    of(Cow::Owned(campaign), settings, true)
 }
 
-fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
+/// The same without what is only said of it where something is not estimable: for one of many that are tried. Errors: those of [`fit`].
+pub(crate) fn tried(campaign: &Campaign, settings: &Settings) -> Result<Fit> {
+    of(Cow::Borrowed(campaign), settings, false)
+}
+
+fn of(given: Cow<'_, Campaign>, settings: &Settings, is_told: bool) -> Result<Fit> {
     let campaign: &Campaign = &given;
     check_level(settings.level)?;
     check_combination(campaign, settings)?;
@@ -415,13 +420,13 @@ fn of(given: Cow<'_, Campaign>, settings: &Settings) -> Result<Fit> {
         budgets.told(&point, free, &constraints)?;
     // budgets are those of the estimate without bounds, what a fault does is that of the one with them
     noise.sensitivities = on_face.unwrap_or(noise.sensitivities);
-    let judged = match judged_at {
-        Some(point) if !estimate.unknowns.not_estimable.is_empty() => Some(design.at(campaign, &model, &point)?),
-        _ => None,
-    };
-    let not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, &weak);
-    let conditional =
-        conditional::conditional(campaign, &model, &point, (&estimate, scattered.as_ref()), &parameters, settings)?;
+    let (mut not_estimable, mut conditional) = (Vec::new(), Vec::new());
+    if is_told && !estimate.unknowns.not_estimable.is_empty() {
+        let judged = judged_at.map(|point| design.at(campaign, &model, &point)).transpose()?;
+        not_estimable = separate::separations(campaign, &model, judged.as_ref().unwrap_or(&design), &estimate, &weak);
+        conditional =
+            conditional::conditional(campaign, &model, &point, (&estimate, scattered.as_ref()), &parameters, settings)?;
+    }
     let nonlinearity =
         nonlinearity(campaign, &parameters, &point, at_solution, settings, convergence.as_ref(), &unseen);
     Ok(Fit {
