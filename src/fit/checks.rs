@@ -190,8 +190,15 @@ fn follows(campaign: &Campaign, sensor: usize, rows: &[usize], residuals: &[f64]
             let differ = |key: &Vec<f64>| key.at(a as usize).total_cmp(&key.at(b as usize));
             columns.iter().map(differ).find(|order| order.is_ne()).unwrap_or(a.cmp(&b))
         };
-        let mut keyed: Vec<(f64, u32)> = own.iter().copied().zip(0..).collect();
-        keyed.sort_unstable_by(|(x, a), (y, b)| x.total_cmp(y).then_with(|| others(*a, *b)));
+        // the order of `total_cmp` as one of whole numbers, which sort without branches; then those of one value
+        let key = |x: &f64| {
+            let bits = x.to_bits().cast_signed();
+            bits ^ ((bits >> 63).cast_unsigned() >> 1).cast_signed()
+        };
+        let mut keyed: Vec<(i64, u32)> = own.iter().map(key).zip(0..).collect();
+        keyed.sort_unstable_by_key(|(key, _)| *key);
+        let alike = keyed.chunk_by_mut(|(a, _), (b, _)| a == b);
+        alike.for_each(|rows| rows.sort_unstable_by(|(_, a), (_, b)| others(*a, *b)));
         let order: Vec<u32> = keyed.iter().map(|(_, place)| *place).collect();
         if orders.contains(&order) {
             continue;

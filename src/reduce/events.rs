@@ -162,6 +162,7 @@ impl Watch {
     fn runs(&mut self, values: &[f64], first: u64) {
         let (mut value, mut start, mut length) = self.run;
         let (mut high, mut low) = (self.high.size(), -self.low.size());
+        let ((mut all, mut single), (mut ends, mut far)) = (self.count, self.ends);
         let mut least = if self.step == 0.0 { f64::INFINITY } else { self.step };
         for (k, v) in values.iter().enumerate() {
             if length > 0 && *v == value {
@@ -170,11 +171,11 @@ impl Watch {
             }
             if length > 0 {
                 let step = (v - value).abs();
-                self.count.0 += 1;
-                self.count.1 += u64::from(length == 1);
-                self.ends.0 += u64::from(length > 1);
+                all += 1;
+                single += u64::from(length == 1);
+                ends += u64::from(length > 1);
                 // of a step that is not known yet: 1.5 leaves room for rounding
-                self.ends.1 += u64::from(length > 1 && step > 1.5 * least);
+                far += u64::from(length > 1 && step > 1.5 * least);
                 least = least.min(step);
                 // a short run matters where it is an extreme
                 if length >= LEAST_SATURATED || value >= high || value <= low {
@@ -186,6 +187,7 @@ impl Watch {
             (value, start, length) = (*v, first + k as u64, 1);
         }
         self.run = (value, start, length);
+        (self.count, self.ends) = ((all, single), (ends, far));
         self.step = if least == f64::INFINITY { 0.0 } else { least };
     }
 
@@ -250,6 +252,13 @@ impl Watch {
             let jump = before + from;
             let near = next.max(jump.saturating_sub(REACH))..(jump + REACH + 1).min(range.end);
             next = near.end.max(next);
+            // in values that lie this close together none is far
+            let among = all.part(near.start.saturating_sub(REACH)..(near.end.max(near.start) + REACH).min(all.len()));
+            let ends = (f64::INFINITY, f64::NEG_INFINITY);
+            let (least, most) = among.iter().fold(ends, |(low, high), v| (low.min(*v), high.max(*v)));
+            if !(most - least > limit) {
+                continue;
+            }
             near.for_each(|k| Self::far(all, (k, first), limit, (&mut around, &mut apart), events));
         }
     }
