@@ -1160,9 +1160,9 @@ impl Score {
             options.push((reduced.value + shift, less));
         }
         for next in self.of_other_kinds(set) {
-            let Some(state) = self.state(&remainder, &next) else { continue };
-            self.record(kernel, &key(kernel, &next).1, state.value + shift);
-            options.push((state.value + shift, next));
+            let Some(solved) = self.solved(Remainder { kernel, place: size }, &next) else { continue };
+            self.record(kernel, &key(kernel, &next).1, solved.value + shift);
+            options.push((solved.value + shift, next));
         }
         options.sort_by(|a, b| b.0.total_cmp(&a.0));
         options.truncate(FOLLOWED);

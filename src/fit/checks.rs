@@ -270,7 +270,7 @@ fn parts(campaign: &Campaign, design: &DesignMatrix, step: &Step) -> Vec<Part> {
         let rows: Vec<bool> = system.group.iter().enumerate().map(|(i, own)| i < count && *own == group).collect();
         let redundancy = estimate.redundancy.iter().zip(&rows).filter(|(_, is_in)| **is_in).map(|(r, _)| r);
         // a whole number but for unknowns that sensors share
-        let dof = redundancy.sum::<f64>().round().max(0.0) as usize;
+        let dof = crate::number::count(redundancy.sum::<f64>().round());
         Part { sensor: Some(campaign.sensor_id(sensor).to_string()), rows, dof }
     };
     groups.into_iter().map(part).collect()
