@@ -1187,6 +1187,8 @@ class DiagnoseReport(Report):
     """Version of the program that wrote it."""
     unexplained: UnexplainedReport | None
     """What is unexplained; null unless the verdict says so."""
+    untried_columns: list[str] | None
+    """Columns of the readings that were not tried, because their titles are no names of the algebra; `columns` can give them one."""
     verdict: DiagnoseVerdict
     """`effects-found`, `partly-explained`, `nothing-missing`, `unexplained`, or `not-diagnosable` (no redundancy)."""
     where: list[PlaceReport]
@@ -1194,7 +1196,7 @@ class DiagnoseReport(Report):
     would_help: list[dict[str, float]]
     """Positions that would make a diagnosis possible; empty where it is."""
 
-    _keys = frozenset(["assumed_zero", "averaged_from", "bench", "candidates", "constraints", "distinct_candidates", "effects", "gap", "holdout", "identity", "inputs", "model_after", "model_before", "parameters", "report", "residuals", "scatter", "significance", "state", "steps", "suspected", "tumble", "unexplained", "verdict", "where", "would_help"])
+    _keys = frozenset(["assumed_zero", "averaged_from", "bench", "candidates", "constraints", "distinct_candidates", "effects", "gap", "holdout", "identity", "inputs", "model_after", "model_before", "parameters", "report", "residuals", "scatter", "significance", "state", "steps", "suspected", "tumble", "unexplained", "untried_columns", "verdict", "where", "would_help"])
 
 
 class ArcsecReport(Node):
@@ -1464,6 +1466,8 @@ class CorrectionFile(Node):
 
     bias: list[float]
     """Readings at zero input, one for each sensor, in the sensor's unit."""
+    columns: dict[str, str] | None
+    """Titles that sensors and inputs had in the table of the calibration, where they are not their names."""
     force_unit: str
     """Unit of specific forces: `g` or `m/s^2`."""
     frame: str
@@ -1487,7 +1491,7 @@ class CorrectionFile(Node):
     validity: ValidityFile
     """Where the first order holds."""
 
-    _keys = frozenset(["bias", "force_unit", "frame", "inputs", "left_out", "matrix", "mounting", "parameters", "rate_unit", "sensitivity", "sensors", "validity"])
+    _keys = frozenset(["bias", "columns", "force_unit", "frame", "inputs", "left_out", "matrix", "mounting", "parameters", "rate_unit", "sensitivity", "sensors", "validity"])
 
 
 class CorrectionParametersFile(Node):
@@ -1788,8 +1792,11 @@ class LackOfFitReport(Node):
     """Factor by which its standard deviation differs from the weights' (1 where uncertainties are right)."""
     rejected: bool
     """Is the model rejected: is `p` below one minus the level, which all tests of the pattern of the residuals share?"""
+    sensor: str | None
+    """The sensor whose readings are tested, where the scales of several are estimated: the one with the smallest p; absent where all are
+    tested together."""
 
-    _keys = frozenset(["between_dof", "f", "p", "pure_error_dof", "pure_error_sd", "rejected"])
+    _keys = frozenset(["between_dof", "f", "p", "pure_error_dof", "pure_error_sd", "rejected", "sensor"])
 
 
 class LagReport(Node):
