@@ -193,6 +193,8 @@ pub(crate) struct Score {
     beliefs: Vec<Vec<Belief>>,
     /// The kinds of these that several sensors may have.
     kinds: Vec<Vec<(u16, u16)>>,
+    /// For each column what [`Score::alike_kinds`] says of it.
+    alike_kinds: Vec<OnceCell<BTreeMap<u16, u16>>>,
     /// projected columns, unit norm
     c: Rc<Mat<f64>>,
     pub visible: Vec<f64>,
@@ -559,6 +561,7 @@ impl Score {
             prior,
             beliefs,
             kinds,
+            alike_kinds: vec![OnceCell::new(); k],
             alike,
             c: Rc::clone(&c),
             visible,
@@ -1159,7 +1162,9 @@ impl Score {
             consider(&mut options, &values, &less);
             options.push((reduced.value + shift, less));
         }
-        for next in self.of_other_kinds(set) {
+        // only sets that are nearly as probable as the best have others beside them that count
+        let exchanged = if integral > self.best - ALIAS { self.of_other_kinds(set) } else { vec![] };
+        for next in exchanged {
             let Some(solved) = self.solved(Remainder { kernel, place: size }, &next) else { continue };
             self.record(kernel, &key(kernel, &next).1, solved.value + shift);
             options.push((solved.value + shift, next));
@@ -1174,42 +1179,38 @@ impl Score {
     /// of two effects, and less probable. Of another kind each member is the one that resembles a member here; where one resembles none, the kind cannot do the same.
     fn of_other_kinds(&self, set: &[u16]) -> Vec<Vec<u16>> {
         let mut exchanged = vec![];
-        let mut own: Vec<u16> =
-            set.iter().flat_map(|j| self.kinds[usize::from(*j)].iter().map(|(kind, _)| *kind)).collect();
-        own.sort_unstable();
-        own.dedup();
-        for kind in &own {
-            let is_of = |kind: u16, j: u16| self.kinds[usize::from(j)].iter().any(|(other, _)| *other == kind);
-            let (members, others): (Vec<u16>, Vec<u16>) = set.iter().copied().partition(|j| is_of(*kind, *j));
-            if members.len() < 2 {
+        let of = |j: u16| self.kinds[usize::from(j)].iter().map(|(kind, _)| *kind);
+        for kind in set.iter().flat_map(|j| of(*j)).collect::<BTreeSet<u16>>() {
+            let (members, others): (Vec<u16>, Vec<u16>) = set.iter().partition(|j| of(**j).any(|own| own == kind));
+            let Some((first, further)) = members.split_first().filter(|(_, further)| !further.is_empty()) else {
                 continue;
+            };
+            for (other, place) in self.alike_kinds(*first).iter().filter(|(other, _)| **other != kind) {
+                let places = further.iter().map(|j| self.alike_kinds(*j).get(other).copied());
+                let Some(places) = places.collect::<Option<BTreeSet<u16>>>() else { continue };
+                let next: BTreeSet<u16> = others.iter().copied().chain(places).chain([*place]).collect();
+                exchanged.extend((next.len() == set.len()).then(|| next.into_iter().collect::<Vec<u16>>()));
             }
-            // of each other kind the member that resembles each of these most
-            let mut like: HashMap<u16, Vec<Option<(f64, u16)>>> = HashMap::new();
-            for (place, member) in members.iter().enumerate() {
-                let cosines = self.cosines(usize::from(*member));
-                for (j, kinds) in self.kinds.iter().enumerate().filter(|(j, _)| !set.contains(&(*j as u16))) {
-                    let cosine = cosines[j].abs();
-                    for (other, _) in kinds.iter().filter(|(other, _)| other != kind && cosine >= ALIKE) {
-                        let places = like.entry(*other).or_insert_with(|| vec![None; members.len()]);
-                        if places[place].is_none_or(|(most, _)| cosine > most) {
-                            places[place] = Some((cosine, j as u16));
-                        }
-                    }
-                }
-            }
-            let whole = like.into_values().filter_map(|places| places.into_iter().collect::<Option<Vec<_>>>());
-            let sets = whole.map(|places| {
-                let mut next: Vec<u16> = others.iter().copied().chain(places.into_iter().map(|(_, j)| j)).collect();
-                next.sort_unstable();
-                next.dedup();
-                next
-            });
-            exchanged.extend(sets.filter(|next| next.len() == set.len()));
         }
         exchanged.sort_unstable();
         exchanged.dedup();
         exchanged
+    }
+
+    /// For each kind the member that resembles a column most, where one does.
+    fn alike_kinds(&self, j: u16) -> &BTreeMap<u16, u16> {
+        self.alike_kinds[usize::from(j)].get_or_init(|| {
+            let cosines = self.cosines(usize::from(j));
+            let size = |i: u16| cosines[usize::from(i)].abs();
+            let mut like: BTreeMap<u16, u16> = BTreeMap::new();
+            for i in (0..cosines.len() as u16).filter(|i| *i != j && size(*i) >= ALIKE) {
+                for (kind, _) in &self.kinds[usize::from(i)] {
+                    let most = like.entry(*kind).or_insert(i);
+                    *most = if size(i) > size(*most) { i } else { *most };
+                }
+            }
+            like
+        })
     }
 
     /// From a set to its best neighbour until none is better.
