@@ -15,13 +15,14 @@
 
 use super::factor::{Apart, Factor, Reach};
 use crate::linear::{Triangle, dot as product};
+use crate::mix::Mix;
 use crate::number::log_sum;
 use crate::uncertainty::quantiles::ln_gamma;
 use faer::{Mat, MatRef, Side};
 use std::cell::{OnceCell, RefCell};
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::hash::{BuildHasherDefault, Hasher};
+use std::hash::BuildHasherDefault;
 use std::ops::Range;
 use std::rc::Rc;
 
@@ -212,7 +213,7 @@ pub(crate) struct Score {
     given: RefCell<(Vec<u16>, Option<Vec<Vec<f64>>>)>,
     visited: Vec<Visited>,
     /// The place of each set among these.
-    places: HashMap<Rc<[u16]>, usize, BuildHasherDefault<Mixed>>,
+    places: HashMap<Rc<[u16]>, usize, BuildHasherDefault<Mix>>,
     /// Sets, by place, that were nearly as probable as the best when they were visited, each with its kernel.
     near: Vec<(u16, usize)>,
     /// Of each kernel and set whose integral over t was made that integral, without the prior of the kernel, and the place of the best t.
@@ -222,24 +223,6 @@ pub(crate) struct Score {
     /// Sets that have their evidence at their solution.
     overruled: BTreeSet<Vec<u16>>,
     pub best: f64,
-}
-
-/// Hash of a set, of which there are a million: words are multiplied by the golden ratio, of which all bits of a product depend (D. Knuth, The Art of Computer Programming, 6.4), and
-/// the last product is folded, since tables take low bits.
-#[derive(Default)]
-struct Mixed(u64);
-
-impl Hasher for Mixed {
-    fn write(&mut self, bytes: &[u8]) {
-        for part in bytes.chunks(8) {
-            let word = part.iter().rev().fold(0, |word, byte| word << 8 | u64::from(*byte));
-            self.0 = (self.0.rotate_left(5) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        }
-    }
-
-    fn finish(&self) -> u64 {
-        self.0 ^ (self.0 >> 32)
-    }
 }
 
 /// A set that was visited, in order, and ln p with each kernel that it was visited with.
@@ -316,6 +299,7 @@ impl Product {
     }
 
     fn times(&mut self, factor: f64) {
+        // a double reaches from 1e-308 to 1e308: with a factor that is no further from one than this, the product does not leave it
         if !(self.rest > 1e-100 && self.rest < 1e100) {
             self.ln += self.rest.ln();
             self.rest = 1.0;

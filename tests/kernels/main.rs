@@ -15,6 +15,8 @@ mod expressions;
 #[path = "../../src/linear.rs"]
 mod linear;
 mod lists;
+#[path = "../../src/mix.rs"]
+mod mix;
 mod navigate;
 mod noise;
 #[path = "../../src/number.rs"]

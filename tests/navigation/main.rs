@@ -23,6 +23,8 @@ mod laws;
 mod linear;
 mod measured;
 mod missions;
+#[path = "../../src/mix.rs"]
+mod mix;
 #[path = "../../src/navigate/mod.rs"]
 mod navigate;
 mod navigator;

@@ -289,6 +289,14 @@ fn piped(folder: &Path, arguments: &[&str], text: &str) -> Output {
     child.wait_with_output().expect("an end")
 }
 
+/// The last column of a table of two rows is one and zero, to rounding.
+fn assert_one_and_zero(output: &Output) {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let last = text.lines().skip(1).map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number"));
+    let inputs: Vec<f64> = last.collect();
+    assert!((inputs[0] - 1.0).abs() < 1e-12 && inputs[1].abs() < 1e-12, "{inputs:?}");
+}
+
 /// A column that is given and kept is read once, in every dialect: V = V0 + 2*a_I + 0.1*(temperature_c - 20), V0 = 0.5.
 #[test]
 fn a_given_column_is_read_in_every_dialect() {
@@ -315,12 +323,7 @@ fn a_given_column_is_read_in_every_dialect() {
     };
     let output = apply("temperature_c=Temp [degF]");
     assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
-    let inputs: Vec<f64> = String::from_utf8_lossy(&output.stdout)
-        .lines()
-        .skip(1)
-        .map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number"))
-        .collect();
-    assert!((inputs[0] - 1.0).abs() < 1e-12 && inputs[1].abs() < 1e-12, "{inputs:?}");
+    assert_one_and_zero(&output);
     for (column, what) in [("temp=Temp [degF]", "the correction has no 'temp'"), ("temperature_c=T", "no column 'T'")] {
         let output = apply(column);
         assert!(output.status.code() == Some(1) && told(&output).1.contains(what), "{}", told(&output).1);
@@ -341,12 +344,7 @@ fn titles_of_the_calibration_are_those_of_a_record() {
     std::fs::write(folder.path().join("log.csv"), "n,Output mV,Temp [degF]\n1,3500,86\n2,500,68\n").expect("written");
     let output = tumble(folder.path(), &["apply", "c.fit.json", "log.csv"]).output().expect("a run");
     assert_eq!(output.status.code(), Some(0), "{}", told(&output).1);
-    let inputs: Vec<f64> = String::from_utf8_lossy(&output.stdout)
-        .lines()
-        .skip(1)
-        .map(|line| line.rsplit(',').next().expect("a cell").parse().expect("a number"))
-        .collect();
-    assert!((inputs[0] - 1.0).abs() < 1e-12 && inputs[1].abs() < 1e-12, "{inputs:?}");
+    assert_one_and_zero(&output);
 }
 
 /// `apply` reads the tables that `fit` reads, in their units.
